@@ -1,0 +1,27 @@
+"""The errors heartgen raises on purpose. Each message says what is wrong, where, and what to do."""
+
+from __future__ import annotations
+
+
+class HeartgenError(Exception):
+    """Base of all errors that are meant for the user."""
+
+
+class InputError(HeartgenError):
+    """The file or array given is not a mask that heartgen can mesh."""
+
+
+class AnatomyError(HeartgenError):
+    """The shape analysis could not measure the heart in the mask."""
+
+
+class RegistrationError(HeartgenError):
+    """No fold-free deformation from template to patient was found."""
+
+
+class MeshError(HeartgenError):
+    """A mesh is not valid, or not what an operation needs."""
+
+
+class Cancelled(HeartgenError):
+    """The user asked for a running fit to stop."""

@@ -1,0 +1,1 @@
+"""Masks in the world: reading, checking, and the surfaces they imply."""

@@ -1,0 +1,90 @@
+"""A binary mask of the myocardium in world coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+STACK_RATIO = 2.5
+"""Slice distance over pixel size from which an image counts as a stack of slices."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What one check of the input saw.
+
+    Attributes
+    ----------
+    check : str
+        Name of the check, e.g. ``"components"``.
+    message : str
+        One clear sentence: what was seen and what was done about it, or what to do.
+    fatal : bool
+        True if no mesh may be made from this input.
+    """
+
+    check: str
+    message: str
+    fatal: bool = False
+
+
+@dataclass(frozen=True)
+class Mask:
+    """Binary myocardium in the world.
+
+    Attributes
+    ----------
+    voxels : (nx, ny, nz) bool
+        True in the myocardium; index order (i, j, k).
+    affine : (4, 4) float64
+        Voxel index to world coordinates, mm, LPS; no shear.
+    name : str
+        Name for reports, usually the file's.
+    findings : tuple of Finding
+        What the reader's checks saw; none of them fatal.
+    """
+
+    voxels: NDArray[np.bool_]
+    affine: NDArray[np.float64]
+    name: str = "mask"
+    findings: tuple[Finding, ...] = field(default=())
+
+    @cached_property
+    def spacing(self) -> NDArray[np.float64]:
+        """Distance between neighbouring voxels along each index axis, (3,) float64, mm."""
+        return np.asarray(np.linalg.norm(self.affine[:3, :3], axis=0))
+
+    @property
+    def voxel_diagonal(self) -> float:
+        """Length of the diagonal of a voxel, mm: the paper's limit for a successful fit."""
+        return float(np.linalg.norm(self.spacing))
+
+    @property
+    def volume(self) -> float:
+        """Volume of the myocardium, mm^3."""
+        return float(self.voxels.sum() * np.prod(self.spacing))
+
+    @cached_property
+    def stack_axis(self) -> int | None:
+        """Index axis along which slices lie far apart, or None for a (nearly) isotropic image."""
+        thick = int(np.argmax(self.spacing))
+        in_plane = np.delete(self.spacing, thick)
+        return thick if self.spacing[thick] > STACK_RATIO * in_plane.min() else None
+
+    @cached_property
+    def planes(self) -> NDArray[np.bool_]:
+        """Which planes along the stack axis (the last axis if isotropic) carry data, (n,) bool."""
+        axis = 2 if self.stack_axis is None else self.stack_axis
+        others = tuple(a for a in range(3) if a != axis)
+        return np.asarray(self.voxels.any(axis=others))
+
+    def to_world(self, index: NDArray[np.float64]) -> NDArray[np.float64]:
+        """World coordinates (n, 3), mm, LPS, of voxel indices (n, 3)."""
+        return np.asarray(index @ self.affine[:3, :3].T + self.affine[:3, 3])
+
+    def to_index(self, world: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Voxel indices (n, 3), fractional, of world coordinates (n, 3), mm, LPS."""
+        return np.asarray(np.linalg.solve(self.affine[:3, :3], (world - self.affine[:3, 3]).T).T)

@@ -1,0 +1,5 @@
+"""Numerics of tricubic hexahedral meshes: elements, quadrature, surfaces, projection, validity."""
+
+from heartgen.mesh.hexmesh import HexMesh, Topology
+
+__all__ = ["HexMesh", "Topology"]

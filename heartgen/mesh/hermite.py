@@ -1,0 +1,161 @@
+"""Cubic Hermite topology of a cup: a wall that closes in a smooth pole, C1 everywhere.
+
+The degrees of freedom are a tensor product: a radial cubic Hermite line (value and slope at each of
+``radial + 1`` layers) times a surface space. The surface space has four degrees of freedom (value,
+d/dxi1, d/dxi2, d2/dxi1dxi2) at every regular node and three at the pole: its position and the two
+vectors a, b of its tangent plane. The longitudinal derivative of the element line that leaves the
+pole at angle theta is ``a cos(theta) + b sin(theta)``, so the surface has one tangent plane there
+and cannot form a cusp.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from heartgen.errors import MeshError
+from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN
+from heartgen.mesh.hexmesh import Topology
+
+POLE_DOFS = 3
+NODE_DOFS = 4
+MIN_CIRCUMFERENTIAL = 3
+"""Fewer elements around cannot carry the tangent plane of the pole."""
+
+
+def cup_topology(shape: tuple[int, int, int]) -> Topology:
+    """Topology of a cup with a collapsed, smooth apex.
+
+    Parameters
+    ----------
+    shape : (int, int, int)
+        Elements (radial, circumferential, longitudinal).
+
+    Returns
+    -------
+    Topology
+        Surfaces ``lv_endo``, ``epi``, ``base``; degrees of freedom ordered (layer, radial
+        derivative, surface degree of freedom), see `surface_dofs`.
+
+    Raises
+    ------
+    MeshError
+        If a direction has too few elements.
+    """
+    radial, around, along = shape
+    if radial < 1 or along < 1 or around < MIN_CIRCUMFERENTIAL:
+        raise MeshError(
+            f"elements {radial}x{around}x{along} cannot make a ventricle: use at least 1 radial, "
+            f"{MIN_CIRCUMFERENTIAL} circumferential and 1 longitudinal element"
+        )
+    surface = _surface_extraction(around, along)
+    line = _line_extraction(radial)
+    index = np.array(
+        [(r, c, s) for r in range(radial) for s in range(along) for c in range(around)], dtype=np.intp
+    )
+    element = np.arange(len(index)).reshape(radial, along, around)
+
+    def faces(elements: NDArray[np.intp], face: int) -> NDArray[np.intp]:
+        return np.stack([elements.ravel(), np.full(elements.size, face)], -1)
+
+    return Topology(
+        extraction=_tensor_extraction(line, surface, radial, around * along),
+        shape=shape,
+        index=index,
+        surfaces={
+            "lv_endo": faces(element[0], 4),
+            "epi": faces(element[-1], 5),
+            "base": faces(element[:, -1], 3),
+        },
+        collapsed=faces(element[:, 0], 2),
+        nodes=_corner_nodes(radial, around, along),
+        straightening=_straightening(radial, surface.shape[1]),
+    )
+
+
+def surface_dofs(around: int, along: int) -> int:
+    """Degrees of freedom of the surface space of a cup."""
+    return POLE_DOFS + NODE_DOFS * around * along
+
+
+def _node(column: int, row: int, around: int) -> int:
+    """First surface degree of freedom of a regular node; row 1 is the first above the pole."""
+    return POLE_DOFS + NODE_DOFS * ((row - 1) * around + column % around)
+
+
+def _surface_extraction(around: int, along: int) -> sp.csr_array:
+    """(16 faces, surface dofs): bicubic Bernstein coefficients, xi1 fastest, face (row, column)."""
+    step = 2 * np.pi / around
+    to_bernstein = np.kron(HERMITE_TO_BERNSTEIN, HERMITE_TO_BERNSTEIN)
+    rows, columns, values = [], [], []
+    for s in range(along):
+        for c in range(around):
+            hermite = np.zeros((16, surface_dofs(around, along)))
+            for end_s in (0, 1):
+                for end_c in (0, 1):
+                    local = 4 * (2 * end_s) + 2 * end_c  # (value | slope along) x (value | around)
+                    if s + end_s == 0:
+                        angle = step * (c + end_c)
+                        hermite[local, 0] = 1
+                        hermite[local + 4, 1:3] = np.cos(angle), np.sin(angle)
+                        hermite[local + 5, 1:3] = -step * np.sin(angle), step * np.cos(angle)
+                        continue
+                    first = _node(c + end_c, s + end_s, around)
+                    hermite[[local, local + 1, local + 4, local + 5], first + np.arange(4)] = 1
+            block = to_bernstein @ hermite
+            row, column = np.nonzero(block)
+            rows.append(row + 16 * (s * around + c))
+            columns.append(column)
+            values.append(block[row, column])
+    shape = (16 * around * along, surface_dofs(around, along))
+    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+    return sp.csr_array(sp.coo_array(entries, shape=shape))
+
+
+def _line_extraction(radial: int) -> NDArray[np.float64]:
+    """(radial, 4, 2 (radial + 1)): Bernstein coefficients across each layer of elements."""
+    out = np.zeros((radial, 4, 2 * (radial + 1)))
+    for r in range(radial):
+        out[r, :, 2 * r : 2 * r + 4] = HERMITE_TO_BERNSTEIN
+    return out
+
+
+def _tensor_extraction(
+    line: NDArray[np.float64], surface: sp.csr_array, radial: int, n_faces: int
+) -> sp.csr_array:
+    """Extraction matrix of the wall: element (r, face), coefficient 16 k + surface coefficient."""
+    flat = sp.csr_array(sp.kron(sp.csr_array(line.reshape(4 * radial, -1)), surface))
+    r, face, k, a = np.meshgrid(
+        np.arange(radial), np.arange(n_faces), np.arange(4), np.arange(16), indexing="ij"
+    )
+    order = ((4 * r + k) * n_faces + face) * 16 + a
+    return sp.csr_array(flat[order.ravel()])
+
+
+def _corner_nodes(radial: int, around: int, along: int) -> NDArray[np.intp]:
+    """(e, 8) corner nodes; each layer has one pole node and around x along regular ones."""
+    per_layer = 1 + around * along
+
+    def node(layer: int, column: int, row: int) -> int:
+        return layer * per_layer + (0 if row == 0 else 1 + (row - 1) * around + column % around)
+
+    return np.array(
+        [
+            [node(r + k, c + i, s + j) for k in (0, 1) for j in (0, 1) for i in (0, 1)]
+            for r in range(radial)
+            for s in range(along)
+            for c in range(around)
+        ],
+        dtype=np.intp,
+    )
+
+
+def _straightening(radial: int, n_surface: int) -> sp.csr_array:
+    """Linear across the whole wall: each layer in between follows from endo- and epicardium."""
+    line = np.zeros((2 * (radial + 1), 2 * (radial + 1)))
+    for layer in range(radial + 1):
+        depth = layer / radial
+        line[2 * layer, [0, 2 * radial]] = 1 - depth, depth
+        line[2 * layer + 1, [0, 2 * radial]] = -1 / radial, 1 / radial
+    return sp.csr_array(sp.kron(sp.csr_array(line), sp.eye_array(n_surface)))

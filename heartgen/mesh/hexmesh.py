@@ -1,0 +1,185 @@
+"""HexMesh: tricubic hexahedra whose Bernstein coefficients are `extraction @ dofs`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from heartgen.mesh.bernstein import ORDER, lattice, subdivision, tabulate
+
+COEFFICIENTS = ORDER**3
+
+
+@dataclass(frozen=True)
+class Topology:
+    """How degrees of freedom make elements, and what the parts of the mesh are called.
+
+    Attributes
+    ----------
+    extraction : (64 e, n) sparse
+        Bernstein coefficients of all elements from the n degrees of freedom.
+    shape : (int, int, int)
+        Elements (radial, circumferential, longitudinal).
+    index : (e, 3) int
+        Place of each element in that structure: (radial, circumferential, longitudinal).
+    surfaces : mapping of str to (f, 2) int
+        Named external surfaces as (element, face); faces are numbered xi1=0, xi1=1, xi2=0, xi2=1,
+        xi3=0, xi3=1. Local directions: xi1 circumferential, xi2 apex to base, xi3 endocardium to
+        epicardium (right-handed).
+    collapsed : (m, 2) int
+        Faces of zero area (the pole), where det J = 0 by construction.
+    nodes : (e, 8) int
+        Corner nodes of each element, xi1 fastest; repeated where the element collapses.
+    straightening : (n, n) sparse
+        Degrees of freedom after linearisation across the wall, from those before.
+    """
+
+    extraction: sp.csr_array
+    shape: tuple[int, int, int]
+    index: NDArray[np.intp]
+    surfaces: Mapping[str, NDArray[np.intp]]
+    collapsed: NDArray[np.intp]
+    nodes: NDArray[np.intp]
+    straightening: sp.csr_array = field(repr=False)
+
+    @property
+    def n_elements(self) -> int:
+        """Number of elements."""
+        return len(self.index)
+
+    @property
+    def external(self) -> NDArray[np.intp]:
+        """All named faces, (f, 2) int: (element, face)."""
+        return np.concatenate(list(self.surfaces.values()))
+
+
+@dataclass(frozen=True)
+class HexMesh:
+    """A mesh of tricubic hexahedra.
+
+    Attributes
+    ----------
+    dofs : (n, 3) float64
+        Degrees of freedom, mm, world (LPS).
+    topology : Topology
+        Shared by all meshes that differ only in shape.
+    """
+
+    dofs: NDArray[np.float64]
+    topology: Topology
+
+    @cached_property
+    def control(self) -> NDArray[np.float64]:
+        """Bernstein coefficients, (e, 64, 3) float64, mm, world (LPS)."""
+        return np.asarray(self.topology.extraction @ self.dofs).reshape(-1, COEFFICIENTS, 3)
+
+    @property
+    def n_elements(self) -> int:
+        """Number of elements."""
+        return self.topology.n_elements
+
+    def evaluate(self, xi: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Positions at the same local coordinates of every element.
+
+        Parameters
+        ----------
+        xi : (q, 3) float64
+            Local coordinates.
+
+        Returns
+        -------
+        (e, q, 3) float64, mm, world (LPS)
+        """
+        return np.matmul(tabulate(xi), self.control)
+
+    def gradient(self, xi: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Jacobian matrices dx/dxi at the same local coordinates of every element.
+
+        Parameters
+        ----------
+        xi : (q, 3) float64
+            Local coordinates.
+
+        Returns
+        -------
+        (e, q, 3, 3) float64
+            Last axis is the xi direction; mm.
+        """
+        directions = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+        return np.stack([np.matmul(tabulate(xi, d), self.control) for d in directions], -1)
+
+    def with_dofs(self, dofs: NDArray[np.float64]) -> HexMesh:
+        """Return the mesh of the same topology with other degrees of freedom (n, 3), mm, LPS."""
+        return HexMesh(np.asarray(dofs, dtype=float), self.topology)
+
+    def lagrange_points(self) -> NDArray[np.float64]:
+        """Positions on the 4x4x4 lattice of each element, (e, 64, 3), xi1 fastest, mm, LPS.
+
+        They are the cubic Lagrange coefficients of the very same geometry.
+        """
+        return self.evaluate(lattice())
+
+    def refined(self, radial: int = 1, circumferential: int = 1, longitudinal: int = 1) -> HexMesh:
+        """Split every element; the geometry and the degrees of freedom stay the same.
+
+        Parameters
+        ----------
+        radial, circumferential, longitudinal : int
+            Pieces per element in each direction.
+
+        Returns
+        -------
+        HexMesh
+        """
+        return replace(self, topology=_refine(self.topology, (circumferential, longitudinal, radial)))
+
+
+def _refine(topology: Topology, pieces: tuple[int, int, int]) -> Topology:
+    """Topology with every element split into pieces along (xi1, xi2, xi3)."""
+    split = [subdivision(n) for n in pieces]
+    cells = [(i, j, k) for k in range(pieces[2]) for j in range(pieces[1]) for i in range(pieces[0])]
+    blocks = [np.kron(split[2][k], np.kron(split[1][j], split[0][i])) for i, j, k in cells]
+    n_cells, n_old = len(cells), topology.n_elements
+    extraction = sp.csr_array(
+        sp.kron(sp.eye_array(n_old), sp.csr_array(np.concatenate(blocks))) @ topology.extraction
+    )
+    cell = np.array(cells)
+    in_structure = cell[:, [2, 0, 1]]
+    factor = np.array([pieces[2], pieces[0], pieces[1]])
+    index = (topology.index[:, None, :] * factor + in_structure[None]).reshape(-1, 3)
+
+    def split_faces(faces: NDArray[np.intp]) -> NDArray[np.intp]:
+        out = []
+        for element, face in faces:
+            axis, end = divmod(int(face), 2)
+            on_face = np.flatnonzero(cell[:, axis] == (pieces[axis] - 1 if end else 0))
+            out.append(np.stack([element * n_cells + on_face, np.full(len(on_face), face)], -1))
+        return np.concatenate(out) if out else np.zeros((0, 2), dtype=np.intp)
+
+    return Topology(
+        extraction=extraction,
+        shape=tuple(int(n * f) for n, f in zip(topology.shape, factor, strict=True)),  # type: ignore[arg-type]
+        index=index,
+        surfaces={name: split_faces(f) for name, f in topology.surfaces.items()},
+        collapsed=split_faces(topology.collapsed),
+        nodes=_refined_nodes(topology, pieces),
+        straightening=topology.straightening,
+    )
+
+
+def _refined_nodes(topology: Topology, pieces: tuple[int, int, int]) -> NDArray[np.intp]:
+    """Corner nodes of the split elements: two corners are one node if they always coincide."""
+    corners = np.array([(i, j, k) for k in (0, 1) for j in (0, 1) for i in (0, 1)], dtype=float)
+    cells = np.array(
+        [(i, j, k) for k in range(pieces[2]) for j in range(pieces[1]) for i in range(pieces[0])]
+    )
+    xi = ((cells[:, None, :] + corners[None]) / np.array(pieces)).reshape(-1, 3)
+    probe = np.random.default_rng(0).standard_normal((topology.extraction.shape[1], 3))
+    places = HexMesh(probe, topology).evaluate(xi).reshape(-1, 3)
+    _, nodes = np.unique(np.round(places, 9), axis=0, return_inverse=True)
+    return np.asarray(nodes.reshape(-1, 8), dtype=np.intp)
