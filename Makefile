@@ -1,0 +1,63 @@
+# Everything is set up here, in .venv: all you bring is make and Python 3.11 or newer.
+# 3.13 is asked after 3.12 and 3.11 because cmlibs.zinc, which checks our EX files, lacks wheels for it.
+PYTHON ?= python3.12 python3.11 python3.13 python3
+
+VENV  := .venv
+BIN   := $(VENV)/bin
+READY := $(VENV)/.ready
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test check bench format lock clean
+
+help: ## list these commands
+	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 10
+
+demo: $(READY) ## mesh a sample heart and look at the result in out/demo
+	$(BIN)/heartgen demo -o out/demo
+
+test: $(READY) ## run all tests, on two processes
+	$(BIN)/pytest -n 2 --dist loadscope --durations=10
+
+check: $(READY) ## lint, format, types, spelling, layers
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy --strict heartgen
+	$(BIN)/codespell
+	$(BIN)/lint-imports --no-logo
+
+bench: $(READY) ## measure accuracy, quality and time (see benchmarks/README.md)
+	$(BIN)/python -m benchmarks
+
+format: $(READY) ## put the code in its agreed form
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+lock: $(READY) ## bring requirements.lock up to date with pyproject.toml
+	UV_CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/uv pip compile pyproject.toml --quiet \
+	    --universal --python-version 3.11 --fork-strategy fewest --all-extras --generate-hashes \
+	    --output-file requirements.lock
+
+clean: ## remove the environment and everything that was made
+	rm -rf $(VENV) build dist out .coverage .hypothesis .import_linter_cache .mypy_cache \
+	    .pytest_cache .ruff_cache
+	find heartgen tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(READY): requirements.lock
+	@[ -x $(BIN)/pip ] || { \
+	    for python in $(PYTHON); do \
+	        if $$python -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 11))' \
+	            >/dev/null 2>&1; then \
+	            echo "Setting up $(VENV) with $$($$python --version): this takes a few minutes, once."; \
+	            exec $$python -m venv --clear $(VENV); \
+	        fi; \
+	    done; \
+	    echo "heartgen needs Python 3.11 or newer with its venv module, and found none among:" \
+	        "$(PYTHON). Install one (Debian, Ubuntu: apt install python3-venv)" \
+	        "or name yours: make test PYTHON=/path/to/python3" >&2; \
+	    exit 1; \
+	}
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes \
+	    -r requirements.lock
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps \
+	    --no-build-isolation --editable .
+	@touch $@

@@ -1,0 +1,51 @@
+"""From a binary myocardium mask to a personalised cubic Hermite mesh of the ventricles."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from heartgen import samples
+    from heartgen.images import Mask, mask_from_array, read_mask
+    from heartgen.mesh import HexMesh
+    from heartgen.pipeline import Options, Personalization, personalize
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "HexMesh",
+    "Mask",
+    "Options",
+    "Personalization",
+    "__version__",
+    "mask_from_array",
+    "personalize",
+    "read_mask",
+    "samples",
+]
+
+_HOMES = {
+    "HexMesh": "heartgen.mesh",
+    "Mask": "heartgen.images",
+    "Options": "heartgen.pipeline",
+    "Personalization": "heartgen.pipeline",
+    "mask_from_array": "heartgen.images",
+    "personalize": "heartgen.pipeline",
+    "read_mask": "heartgen.images",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name when it is first used, so that ``import heartgen`` is instant."""
+    if name == "samples":
+        return import_module("heartgen.samples")
+    if name not in _HOMES:
+        raise AttributeError(f"module 'heartgen' has no attribute {name!r}")
+    value = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,6 @@
+"""Shape analysis: what there is in the mask, where it points, how large it is."""
+
+from heartgen.anatomy.analysis import Anatomy, analyse
+from heartgen.anatomy.base import Base, Plane
+
+__all__ = ["Anatomy", "Base", "Plane", "analyse"]

@@ -1,0 +1,181 @@
+"""The basal plane: through the opening if the base was cut flat, below the valves if it was not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heartgen.errors import AnatomyError
+from heartgen.images.levelset import LevelSet
+
+RIM_SECTORS = 36
+"""Sectors of 10 degrees in which the height of the rim is measured."""
+
+IRREGULAR_VOXELS = 4.0
+"""Voxels; a rim that rises and falls by more than this, and by more than..."""
+
+IRREGULAR = 0.05
+"""...this share of the ventricle's length, carries valve anatomy."""
+
+DEFAULT_TRUNCATION = 1 / 18
+"""Default truncation below the basal plane over the length of the ventricle: the paper's 5 mm
+(section 2.1) on a human heart of 90 mm, and as much in proportion on any other."""
+
+LOW_RIM = 2.0
+"""Percentile of the rim's height that a default truncation must not leave above it."""
+
+TRIM = 2.5
+"""Outliers of a plane fit, in standard deviations (at least of a voxel's stairs, 0.5 voxel)."""
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A plane in the world.
+
+    Attributes
+    ----------
+    origin : (3,) float64
+        A point of the plane, mm, LPS.
+    normal : (3,) float64
+        Unit normal, from apex to base.
+    """
+
+    origin: NDArray[np.float64]
+    normal: NDArray[np.float64]
+
+    def height(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Signed distance of (n, 3) points, mm, positive beyond the base: (n,)."""
+        return np.asarray((points - self.origin) @ self.normal)
+
+    def shifted(self, distance: float) -> Plane:
+        """Return the parallel plane `distance` mm towards the base."""
+        return Plane(self.origin + distance * self.normal, self.normal)
+
+
+@dataclass(frozen=True)
+class Base:
+    """Where the ventricle ends.
+
+    Attributes
+    ----------
+    plane : Plane
+        End of the mesh: the basal plane, or the truncation below it.
+    truncation : float or None
+        Distance of the truncation below the basal plane, mm; None if the base was left as it is.
+    irregularity : float
+        Rise and fall of the rim about its plane (5th to 95th percentile), mm.
+    """
+
+    plane: Plane
+    truncation: float | None
+    irregularity: float
+
+
+def find_base(
+    opening: NDArray[np.float64],
+    pool: NDArray[np.float64],
+    wall: NDArray[np.float64],
+    solid: LevelSet,
+    voxel: float,
+    truncate: float | str,
+) -> Base:
+    """Fit the basal plane and decide about truncation.
+
+    Parameters
+    ----------
+    opening : (n, 3) float64
+        Centres of the pool's voxels at its opening, mm, world (LPS).
+    pool : (p, 3) float64
+        Centres of the pool's voxels.
+    wall : (m, 3) float64
+        Centres of the myocardium's voxels.
+    solid : LevelSet
+        Myocardium and pool together.
+    voxel : float
+        Voxel size, mm.
+    truncate : float or {"auto", "off"}
+        Distance below the basal plane in mm; ``"auto"`` truncates where the rim is irregular.
+
+    Returns
+    -------
+    Base
+
+    Raises
+    ------
+    AnatomyError
+        If the opening is too small for a plane, or the truncation leaves nothing.
+    """
+    plane = _fit_plane(opening, pool.mean(0), voxel)
+    length = -float(plane.height(pool).min())
+    heights, centres = _rim(wall, plane)
+    rim_plane = _fit_plane(centres, pool.mean(0), voxel)
+    residual = rim_plane.height(centres)
+    irregularity = float(np.ptp(np.percentile(residual, [5, 95])))
+    valves = irregularity > max(IRREGULAR_VOXELS * voxel, IRREGULAR * length)
+    if valves:
+        plane = rim_plane
+    else:
+        plane = _refine(plane, opening, solid, voxel)
+    if truncate == "off" or (truncate == "auto" and not valves):
+        return Base(plane, None, irregularity)
+    lowest = -float(np.percentile(plane.height(centres), LOW_RIM))
+    distance = (
+        max(DEFAULT_TRUNCATION * length, lowest + voxel) if truncate == "auto" else float(truncate)
+    )
+    if not 0 <= distance < length / 2:
+        raise AnatomyError(
+            f"a truncation of {distance:.3g} mm does not fit a ventricle {length:.3g} mm long: "
+            "choose a distance between 0 and half the length"
+        )
+    return Base(plane.shifted(-distance), distance, irregularity)
+
+
+def _fit_plane(
+    points: NDArray[np.float64], below: NDArray[np.float64], voxel: float
+) -> Plane:
+    """Trimmed least-squares plane, normal away from the point `below`."""
+    if len(points) < 3:
+        raise AnatomyError(
+            "the opening of the cavity is smaller than three voxels: crop the mask below the "
+            "valves so that the ventricle is open at the base"
+        )
+    kept = points
+    for _ in range(3):
+        origin = kept.mean(0)
+        normal = np.linalg.eigh(np.cov((kept - origin).T))[1][:, 0]
+        off = np.abs((points - origin) @ normal)
+        spread = max(float(np.sqrt(np.mean(((kept - origin) @ normal) ** 2))), voxel / 2)
+        kept = points[off <= TRIM * spread]
+    if (origin - below) @ normal < 0:
+        normal = -normal
+    return Plane(origin, normal)
+
+
+def _rim(
+    wall: NDArray[np.float64], plane: Plane
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Height of the wall's top in each sector around the opening, and the voxels found there."""
+    u = np.linalg.svd(plane.normal[None])[2][1:]
+    offset = wall - plane.origin
+    height = offset @ plane.normal
+    angle = np.arctan2(offset @ u[1], offset @ u[0])
+    sector = np.floor((angle + np.pi) / (2 * np.pi) * RIM_SECTORS).astype(int) % RIM_SECTORS
+    order = np.lexsort((height, sector))
+    last = np.flatnonzero(np.diff(sector[order], append=-1) != 0)
+    top = order[last]
+    return height[top], wall[top]
+
+
+def _refine(
+    plane: Plane, opening: NDArray[np.float64], solid: LevelSet, voxel: float
+) -> Plane:
+    """Plane through the sub-voxel surface over the opening instead of through voxel centres."""
+    below = plane.origin - plane.normal
+    points = opening
+    for _ in range(3):
+        distance, gradient = solid.sample(points)
+        slope = np.maximum(gradient @ plane.normal, 0.5)
+        points = points - (distance / slope)[:, None] * plane.normal
+    return _fit_plane(points, below, voxel)

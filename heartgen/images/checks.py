@@ -1,0 +1,239 @@
+"""What an image must be for a heart to be meshed from it: small named checks.
+
+Each check returns a `Finding`, or None if all is well; `report` turns the fatal ones into one error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heartgen.errors import InputError
+from heartgen.images.mask import Finding
+
+MAX_VOXELS = 1024**3
+"""Most voxels an image may have: 90 times the largest of Lamata et al. 2014 (222 x 233 x 252)."""
+
+MIN_VOXELS = 72
+"""Fewest voxels of a mask: one for each element of the paper's coarsest template (1 x 12 x 6)."""
+
+MIN_SLICES = 3
+"""Fewest voxels a heart may span along an axis: a base, a middle and an apex."""
+
+SPACINGS = (1e-5, 250.0)
+"""Voxel sizes in mm beyond which no unit mix-up explains the number: below lies a mouse heart at
+29 um stored in metres, above the sparsest stack of the paper (20 mm) read ten times too large."""
+
+HEART_LENGTHS = (3.0, 400.0)
+"""Lengths of hearts in mm, newborn mouse to horse."""
+
+SHEAR_TOLERANCE = 1e-3
+"""Largest cosine between two voxel axes that is still rounding, not shear (0.06 degrees)."""
+
+UNITS = {"m": 1000.0, "um": 0.001}
+"""Units images come in by mistake, in mm. (A human heart in cm looks like a mouse's in mm.)"""
+
+HUMAN_HEART = (60.0, 200.0)
+"""Lengths of human ventricles in mm, to guess the unit of an implausible image."""
+
+
+def report(name: str, findings: Iterable[Finding | None]) -> tuple[Finding, ...]:
+    """Return what the checks found.
+
+    Parameters
+    ----------
+    name : str
+        Name of the input, to begin the message with.
+    findings : iterable of Finding or None
+        Outcomes of checks.
+
+    Returns
+    -------
+    tuple of Finding
+        The findings, in order; none is fatal.
+
+    Raises
+    ------
+    InputError
+        If any is fatal, with the sentence of each fatal one.
+    """
+    seen = tuple(finding for finding in findings if finding is not None)
+    fatal = [finding.message for finding in seen if finding.fatal]
+    if len(fatal) == 1:
+        raise InputError(f"{name}: {fatal[0]}")
+    if fatal:
+        listed = "".join(f"\n- {message}" for message in fatal)
+        raise InputError(f"{name}: {len(fatal)} problems were found:{listed}")
+    return seen
+
+
+def check_dimensions(shape: tuple[int, ...]) -> Finding | None:
+    """Three axes; further axes of length one do no harm."""
+    sizes = " x ".join(map(str, shape))
+    if len(shape) < 3 or 1 in shape[:3]:
+        return _fatal(
+            "dimensions",
+            f"The image is two-dimensional ({sizes} voxels): give a volume, "
+            "with all slices of the heart in one file.",
+        )
+    frames = int(np.prod(shape[3:], dtype=np.float64))
+    if frames != 1:
+        return _fatal(
+            "dimensions",
+            f"The image has {frames} frames ({sizes}): save the frame you want, "
+            "for example end diastole, as a file of its own.",
+        )
+    return None
+
+
+def check_size(shape: tuple[int, ...]) -> Finding | None:
+    """Not more voxels than can be worked on, nor fewer than one."""
+    if any(n < 1 for n in shape):
+        return _fatal(
+            "size",
+            f"The header declares an impossible size ({' x '.join(map(str, shape))}): "
+            "the file is damaged, export it again.",
+        )
+    # In floating point: the product of hostile numbers overflows an integer.
+    voxels = float(np.prod(shape, dtype=np.float64))
+    if voxels > MAX_VOXELS:
+        return _fatal(
+            "size",
+            f"The header declares {' x '.join(map(str, shape))} = {voxels:.3g} voxels, more than "
+            f"the {MAX_VOXELS:.3g} heartgen reads: crop the image to the heart, or resample it.",
+        )
+    return None
+
+
+def check_data_type(dtype: np.dtype[Any]) -> Finding | None:
+    """One real number per voxel."""
+    if dtype.kind in "buif":
+        return None
+    kind = {"c": "complex numbers", "V": "colours or vectors"}.get(dtype.kind, f"type {dtype}")
+    return _fatal(
+        "data type",
+        f"The voxels hold {kind}: save the mask with one whole number per voxel.",
+    )
+
+
+def check_finite(values: NDArray[Any]) -> Finding | None:
+    """No NaN and no infinity."""
+    bad = 0 if values.dtype.kind != "f" else int(values.size - np.isfinite(values).sum())
+    if bad == 0:
+        return None
+    return _fatal("finite", f"{_count(bad, 'voxel')} hold NaN or infinity: replace them by 0.")
+
+
+def check_affine(affine: NDArray[np.float64]) -> Finding | None:
+    """A finite, invertible map of plausible voxel sizes, and no shear. Mirrors are welcome."""
+    if affine.shape != (4, 4) or not np.array_equal(affine[3], [0, 0, 0, 1]):
+        return _fatal("affine", "The affine must be a 4 x 4 matrix with last row 0 0 0 1.")
+    if not np.isfinite(affine).all():
+        return _fatal(
+            "affine",
+            "The position or orientation of the image in the world is not finite: "
+            "write the header again with the tool that made the mask.",
+        )
+    spacing = np.linalg.norm(affine[:3, :3], axis=0)
+    if spacing.min() < SPACINGS[0] or spacing.max() > SPACINGS[1]:
+        return _fatal(
+            "spacing",
+            f"A voxel size of {_sizes(spacing)} mm is not possible for a heart: "
+            "correct the voxel size in the header.",
+        )
+    unit = affine[:3, :3] / spacing
+    cosine = np.abs(unit.T @ unit - np.eye(3)).max()
+    if cosine > SHEAR_TOLERANCE:
+        angle = np.degrees(np.arccos(min(cosine, 1.0)))
+        return _fatal(
+            "shear",
+            f"The voxel axes are sheared, two of them meet at {angle:.1f} degrees instead of 90: "
+            "resample the mask onto a grid with right angles.",
+        )
+    return None
+
+
+def check_empty(voxels: NDArray[np.bool_]) -> Finding | None:
+    """Something in the mask."""
+    if voxels.any():
+        return None
+    return _fatal("empty", "The mask is empty: no voxel is set.")
+
+
+def check_background(voxels: NDArray[np.bool_]) -> Finding | None:
+    """Background around the heart: not everywhere set, not inside out."""
+    if voxels.all():
+        return _fatal(
+            "background",
+            "Every voxel is set, so there is no background: save the mask with 0 outside the "
+            "myocardium.",
+        )
+    corners = voxels[np.ix_(*[(0, -1)] * voxels.ndim)]
+    if corners.all():
+        return _fatal(
+            "background",
+            "All eight corners of the image are set, so heart and background seem to be swapped: "
+            "invert the mask.",
+        )
+    return None
+
+
+def check_extent(voxels: NDArray[np.bool_]) -> Finding | None:
+    """Enough voxels, and enough of them along each axis, to be a heart."""
+    n = int(voxels.sum())
+    if 0 < n < MIN_VOXELS:
+        return _fatal(
+            "extent",
+            f"The heart has only {_count(n, 'voxel')}, too few to mesh "
+            f"(at least {MIN_VOXELS}): use a finer image.",
+        )
+    for axis in range(3):
+        planes = int(_planes(voxels, axis).sum())
+        if 0 < planes < MIN_SLICES:
+            return _fatal(
+                "extent",
+                f"The heart spans only {_count(planes, 'voxel')} along the {'ijk'[axis]} axis, "
+                f"so it is flat (at least {MIN_SLICES} are needed): give all its slices.",
+            )
+    return None
+
+
+def check_scale(voxels: NDArray[np.bool_], affine: NDArray[np.float64]) -> Finding | None:
+    """A length that hearts have; another one is meshed all the same."""
+    ends = np.array([np.flatnonzero(_planes(voxels, axis))[[0, -1]] for axis in range(3)])
+    extent = (ends[:, 1] - ends[:, 0] + 1) * np.linalg.norm(affine[:3, :3], axis=0)
+    length = float(extent.max())
+    if HEART_LENGTHS[0] <= length <= HEART_LENGTHS[1]:
+        return None
+    fitting = [
+        unit for unit, mm in UNITS.items() if HUMAN_HEART[0] <= length * mm <= HUMAN_HEART[1]
+    ]
+    guess = f"it would fit a human heart in {fitting[0]}, " if fitting else ""
+    return Finding(
+        "scale",
+        f"The mask is {length:.3g} mm long, which no heart is: {guess}"
+        "check the unit of the voxel size; sizes are reported as if it were mm.",
+    )
+
+
+def _planes(voxels: NDArray[np.bool_], axis: int) -> NDArray[np.bool_]:
+    """Which planes along an axis carry voxels."""
+    return np.asarray(voxels.any(axis=tuple(a for a in range(3) if a != axis)))
+
+
+def _fatal(check: str, message: str) -> Finding:
+    """A finding that stops the reading."""
+    return Finding(check, message, fatal=True)
+
+
+def _count(n: int, noun: str) -> str:
+    """A number with its noun: 1 voxel, 2 voxels."""
+    return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
+
+
+def _sizes(spacing: NDArray[np.float64]) -> str:
+    """Voxel size as text."""
+    return " x ".join(f"{s:.4g}" for s in spacing)

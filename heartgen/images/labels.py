@@ -1,0 +1,113 @@
+"""Which voxels are myocardium: those of a binary image, or of the label asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heartgen.images.mask import Finding
+from heartgen.images.volume import Label
+
+MAX_LABELS = 256
+"""Distinct values from which an image is grey, not labelled: whole-body label maps hold some 120."""
+
+LISTED = 12
+"""Labels named in a message; the commonest first."""
+
+
+def myocardium(
+    values: NDArray[Any], label: Label | None, names: Mapping[int, str]
+) -> tuple[NDArray[np.bool_] | None, Finding | None]:
+    """Select the myocardium.
+
+    Parameters
+    ----------
+    values : (nx, ny, nz) of a real type
+        Voxel values, finite.
+    label : int, str, sequence of them, or None
+        Label(s) to take as myocardium, by value or by name; None for a binary image, in which
+        every voxel that is not 0 is.
+    names : mapping of int to str
+        Names of the label values, if any are known.
+
+    Returns
+    -------
+    voxels : (nx, ny, nz) bool or None
+        The myocardium; None if it cannot be told.
+    finding : Finding or None
+        Why it cannot.
+    """
+    if label is None:
+        voxels = values != 0
+        inside = values[voxels]
+        if inside.size == 0 or (inside == inside[0]).all():
+            return voxels, None
+        return None, _not_binary(values, names)
+    chosen, unknown = find_labels(label, names)
+    voxels = np.isin(values, chosen)
+    unknown += [str(number) for number in chosen if not (values == number).any()]
+    if not unknown:
+        return voxels, None
+    return None, Finding(
+        "labels",
+        f"There is no label {' or '.join(unknown)} in the image, which holds "
+        f"{_present(values, names)}: pass one of these as label=... or --label.",
+        fatal=True,
+    )
+
+
+def find_labels(label: Label, names: Mapping[int, str]) -> tuple[list[int], list[str]]:
+    """Numbers of the labels asked for, and what was asked for that has none."""
+    asked = [label] if isinstance(label, int | str) else list(label)
+    by_name = {name.strip().lower(): number for number, name in names.items()}
+    numbers, unknown = [], []
+    for one in asked:
+        number = by_name.get(str(one).strip().lower())
+        if number is None:
+            try:
+                number = int(one)
+            except ValueError:
+                unknown.append(repr(one))
+                continue
+        numbers.append(number)
+    return numbers, unknown
+
+
+def describe_label(number: float, names: Mapping[int, str]) -> str:
+    """A label value and, in quotes, its name if it has one."""
+    name = names.get(int(number)) if float(number).is_integer() else None
+    return f"{number:g}" if name is None else f"{number:g} {name!r}"
+
+
+def _not_binary(values: NDArray[Any], names: Mapping[int, str]) -> Finding:
+    """Offer the labels of a label image; say of a grey image that it is one."""
+    distinct = np.unique(values)
+    whole = values.dtype.kind != "f" or bool((distinct == np.round(distinct)).all())
+    if len(distinct) > MAX_LABELS or not whole:
+        return Finding(
+            "binary",
+            f"The image is not a mask, it holds {len(distinct)} different values from "
+            f"{distinct[0]:g} to {distinct[-1]:g}: segment the myocardium, or threshold it.",
+            fatal=True,
+        )
+    return Finding(
+        "binary",
+        f"The image is not binary, it holds the labels {_present(values, names)}: "
+        "pass the myocardium's as label=... or --label.",
+        fatal=True,
+    )
+
+
+def _present(values: NDArray[Any], names: Mapping[int, str]) -> str:
+    """Labels of an image and how many voxels each has, the commonest first."""
+    labels, counts = np.unique(values[values != 0], return_counts=True)
+    order = np.argsort(-counts, kind="stable")
+    listed = [
+        f"{describe_label(labels[i], names)} ({counts[i]} voxels)" for i in order[:LISTED].tolist()
+    ]
+    if len(order) > LISTED:
+        listed.append(f"{len(order) - LISTED} more")
+    return ", ".join(listed) or "only 0"

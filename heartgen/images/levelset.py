@@ -1,0 +1,224 @@
+"""Smooth sub-voxel surfaces of voxel shapes: signed distances that can be evaluated anywhere."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba as nb
+import numpy as np
+import scipy.ndimage as ndi
+from numpy.typing import NDArray
+
+SMOOTHING = 0.7
+"""Gaussian width, in voxels, that turns voxel stairs into a surface. Light: it moves a surface of
+radius R voxels by about 0.25/R voxels."""
+
+INSIDE = 0.5
+"""Level of the smoothed indicator that is the surface."""
+
+PLANE_REACH = 1.0
+"""Tangential distance, in voxels, up to which a surface sample stands for its tangent plane."""
+
+
+@dataclass(frozen=True)
+class LevelSet:
+    """Signed distance to a surface, sampled on a voxel grid.
+
+    Attributes
+    ----------
+    values : (nx, ny, nz) float32
+        Signed distance, mm, negative inside.
+    affine : (4, 4) float64
+        Voxel index to world, mm, LPS.
+    """
+
+    values: NDArray[np.float32]
+    affine: NDArray[np.float64]
+
+    def sample(
+        self, points: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Evaluate by trilinear interpolation.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            mm, world (LPS). Outside the grid the distance to the grid is added.
+
+        Returns
+        -------
+        values : (n,) float64
+            Signed distance, mm.
+        gradient : (n, 3) float64
+            Its gradient in the world, dimensionless.
+        """
+        inverse = np.linalg.inv(self.affine)
+        index = np.ascontiguousarray(points @ inverse[:3, :3].T + inverse[:3, 3])
+        inside = np.clip(index, 0, np.array(self.values.shape) - 1.0)
+        values, slope = _trilinear(self.values, inside)
+        gradient = slope @ inverse[:3, :3]
+        beyond = (index - inside) @ self.affine[:3, :3].T
+        far = np.linalg.norm(beyond, axis=1)
+        outside = far > 0
+        values[outside] += far[outside]
+        gradient[outside] += beyond[outside] / far[outside, None]
+        return values, gradient
+
+
+def signed_distance(inside: NDArray[np.bool_], affine: NDArray[np.float64]) -> LevelSet:
+    """Signed distance to the smooth surface of a voxel shape.
+
+    The surface is the half-level of the lightly smoothed indicator, sampled where it crosses grid
+    edges; distances are propagated from those samples and refined by their tangent planes.
+
+    Parameters
+    ----------
+    inside : (nx, ny, nz) bool
+        The shape; at least two empty voxels on every side.
+    affine : (4, 4) float64
+        Voxel index to world, mm, LPS.
+
+    Returns
+    -------
+    LevelSet
+    """
+    smooth = smooth_indicator(inside)
+    seeds, normals, owner = _crossings(smooth, affine)
+    metric = np.ascontiguousarray(affine[:3, :3])
+    nearest = _sweep(owner, seeds, metric)
+    reach = PLANE_REACH * float(np.min(np.linalg.norm(metric, axis=0)))
+    values = _distances(nearest, seeds, normals, metric, smooth > INSIDE, reach)
+    return LevelSet(values, affine)
+
+
+def smooth_indicator(inside: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Lightly smoothed indicator of a voxel shape, in [0, 1]; its half-level is the surface."""
+    return np.asarray(ndi.gaussian_filter(inside.astype(float), SMOOTHING, mode="constant"))
+
+
+def _crossings(
+    smooth: NDArray[np.float64], affine: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    """Surface points on grid edges (index units), world normals, and the nearest one's row per voxel."""
+    level = smooth - INSIDE
+    points = []
+    for axis in range(3):
+        low = np.moveaxis(level, axis, 0)[:-1]
+        high = np.moveaxis(level, axis, 0)[1:]
+        start = np.argwhere((low > 0) != (high > 0))
+        a, b = low[tuple(start.T)], high[tuple(start.T)]
+        place = start.astype(float)
+        place[:, 0] += a / (a - b)
+        points.append(np.insert(place[:, 1:], axis, place[:, 0], axis=1))
+    seeds = np.concatenate(points)
+    slope = np.stack(
+        [ndi.map_coordinates(g, seeds.T, order=1) for g in np.gradient(smooth)], axis=-1
+    )
+    normals = -slope @ np.linalg.inv(affine[:3, :3])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    owner = np.full(smooth.shape, -1, dtype=np.int64)
+    _claim(owner, seeds, np.ascontiguousarray(affine[:3, :3]))
+    return seeds, normals, owner
+
+
+@nb.njit(cache=True)  # type: ignore[untyped-decorator]
+def _squared(seed, i, j, k, metric):  # type: ignore[no-untyped-def]
+    """Squared distance in mm between a surface point and a voxel centre."""
+    a, b, c = seed[0] - i, seed[1] - j, seed[2] - k
+    out = 0.0
+    for x in range(3):
+        out += (metric[x, 0] * a + metric[x, 1] * b + metric[x, 2] * c) ** 2
+    return out
+
+
+@nb.njit(cache=True)  # type: ignore[untyped-decorator]
+def _claim(owner, seeds, metric):  # type: ignore[no-untyped-def]
+    """Give every voxel at an end of a crossed edge the nearest of its surface points."""
+    for s in range(len(seeds)):
+        i0, j0, k0 = int(np.floor(seeds[s, 0])), int(np.floor(seeds[s, 1])), int(np.floor(seeds[s, 2]))
+        i1, j1, k1 = int(np.ceil(seeds[s, 0])), int(np.ceil(seeds[s, 1])), int(np.ceil(seeds[s, 2]))
+        for end in range(2):
+            i, j, k = (i0, j0, k0) if end == 0 else (i1, j1, k1)
+            old = owner[i, j, k]
+            if old < 0 or _squared(seeds[s], i, j, k, metric) < _squared(seeds[old], i, j, k, metric):
+                owner[i, j, k] = s
+
+
+@nb.njit(cache=True)  # type: ignore[untyped-decorator]
+def _sweep(owner, seeds, metric):  # type: ignore[no-untyped-def]
+    """Propagate nearest surface points by eight directional sweeps (vector distance transform)."""
+    nx, ny, nz = owner.shape
+    for direction in range(8):
+        di = 1 if direction & 1 else -1
+        dj = 1 if direction & 2 else -1
+        dk = 1 if direction & 4 else -1
+        for ii in range(nx):
+            i = ii if di > 0 else nx - 1 - ii
+            for jj in range(ny):
+                j = jj if dj > 0 else ny - 1 - jj
+                for kk in range(nz):
+                    k = kk if dk > 0 else nz - 1 - kk
+                    best = owner[i, j, k]
+                    least = _squared(seeds[best], i, j, k, metric) if best >= 0 else np.inf
+                    for n in range(3):
+                        a = i - di if n == 0 else i
+                        b = j - dj if n == 1 else j
+                        c = k - dk if n == 2 else k
+                        if 0 <= a < nx and 0 <= b < ny and 0 <= c < nz:
+                            other = owner[a, b, c]
+                            if other >= 0 and other != best:
+                                d = _squared(seeds[other], i, j, k, metric)
+                                if d < least:
+                                    least, best = d, other
+                    owner[i, j, k] = best
+    return owner
+
+
+@nb.njit(cache=True, parallel=True)  # type: ignore[untyped-decorator]
+def _distances(nearest, seeds, normals, metric, inside, reach):  # type: ignore[no-untyped-def]
+    """Signed distance per voxel; near its surface point the tangent plane counts."""
+    out = np.empty(nearest.shape, dtype=np.float32)
+    for i in nb.prange(nearest.shape[0]):
+        for j in range(nearest.shape[1]):
+            for k in range(nearest.shape[2]):
+                s = nearest[i, j, k]
+                squared = _squared(seeds[s], i, j, k, metric)
+                along = 0.0
+                for x in range(3):
+                    offset = 0.0
+                    offset += metric[x, 0] * (i - seeds[s, 0])
+                    offset += metric[x, 1] * (j - seeds[s, 1])
+                    offset += metric[x, 2] * (k - seeds[s, 2])
+                    along += offset * normals[s, x]
+                aside = max(squared - along * along, 0.0)
+                size = abs(along) if aside < reach * reach else np.sqrt(squared)
+                out[i, j, k] = -size if inside[i, j, k] else size
+    return out
+
+
+@nb.njit(cache=True, parallel=True)  # type: ignore[untyped-decorator]
+def _trilinear(values, index):  # type: ignore[no-untyped-def]
+    """Trilinear values and index-space gradients at points inside the grid."""
+    n = len(index)
+    out = np.empty(n)
+    slope = np.empty((n, 3))
+    nx, ny, nz = values.shape
+    for p in nb.prange(n):
+        i = min(int(index[p, 0]), nx - 2)
+        j = min(int(index[p, 1]), ny - 2)
+        k = min(int(index[p, 2]), nz - 2)
+        a, b, c = index[p, 0] - i, index[p, 1] - j, index[p, 2] - k
+        v000, v100 = values[i, j, k], values[i + 1, j, k]
+        v010, v110 = values[i, j + 1, k], values[i + 1, j + 1, k]
+        v001, v101 = values[i, j, k + 1], values[i + 1, j, k + 1]
+        v011, v111 = values[i, j + 1, k + 1], values[i + 1, j + 1, k + 1]
+        x00, x10 = v000 + a * (v100 - v000), v010 + a * (v110 - v010)
+        x01, x11 = v001 + a * (v101 - v001), v011 + a * (v111 - v011)
+        y0, y1 = x00 + b * (x10 - x00), x01 + b * (x11 - x01)
+        out[p] = y0 + c * (y1 - y0)
+        low = (v100 - v000) + b * ((v110 - v010) - (v100 - v000))
+        high = (v101 - v001) + b * ((v111 - v011) - (v101 - v001))
+        slope[p, 0] = low + c * (high - low)
+        slope[p, 1] = (x10 - x00) + c * ((x11 - x01) - (x10 - x00))
+        slope[p, 2] = y1 - y0
+    return out, slope

@@ -1,0 +1,107 @@
+"""What the reader mends in a mask, each time with a finding that says so."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import scipy.ndimage as ndi
+from numpy.typing import NDArray
+
+from heartgen.images.mask import Finding, Mask
+
+MARGIN = 2
+"""Background voxels put around a heart that touches the border: one closes its surface, the next
+lets central differences see background."""
+
+LISTED = 6
+"""Sizes of pieces named in a message."""
+
+CORNERS = np.ones((3, 3, 3), dtype=bool)
+"""Voxels that share a corner are neighbours."""
+
+IN_PLANE = np.array([[[0], [1], [0]], [[1], [1], [1]], [[0], [1], [0]]], dtype=bool)
+"""Pixels of one slice that share an edge are neighbours, slices are not."""
+
+
+def keep_largest(mask: Mask) -> tuple[Mask, Finding | None]:
+    """Keep the largest of several separate pieces.
+
+    Voxels that share a corner belong together. In a stack of slices the wall may slope by more
+    than its own thickness from one slice to the next: there the filled outlines of consecutive
+    slices are compared instead, whatever empty planes lie between them.
+
+    Parameters
+    ----------
+    mask : Mask
+        Not empty.
+
+    Returns
+    -------
+    mask : Mask
+        In one piece.
+    finding : Finding or None
+        What was dropped.
+    """
+    box = ndi.find_objects(mask.voxels.astype(np.uint8))[0]
+    pieces = _pieces(mask.voxels[box], mask.stack_axis)
+    sizes = np.bincount(pieces.ravel())[1:]
+    if len(sizes) == 1:
+        return mask, None
+    voxels = np.zeros_like(mask.voxels)
+    voxels[box] = pieces == sizes.argmax() + 1
+    ordered = np.sort(sizes)[::-1]
+    dropped = ", ".join(map(str, ordered[1 : LISTED + 1])) + ", ..." * (len(sizes) > LISTED + 1)
+    finding = Finding(
+        "components",
+        f"The mask is in {len(sizes)} separate pieces: the largest ({ordered[0]} voxels) was kept, "
+        f"the others ({dropped} voxels) were dropped.",
+    )
+    return replace(mask, voxels=voxels), finding
+
+
+def pad_border(mask: Mask) -> tuple[Mask, Finding | None]:
+    """Put background between the heart and the borders of the image that it touches.
+
+    Parameters
+    ----------
+    mask : Mask
+        Any.
+
+    Returns
+    -------
+    mask : Mask
+        The same voxels in the same place of the world, with a margin.
+    finding : Finding or None
+        Where the margin was added.
+    """
+    touched = np.zeros((3, 2), dtype=bool)
+    for axis in range(3):
+        planes = mask.voxels.any(axis=tuple(a for a in range(3) if a != axis))
+        touched[axis] = planes[0], planes[-1]
+    if not touched.any():
+        return mask, None
+    widths = MARGIN * touched.astype(int)
+    affine = mask.affine.copy()
+    affine[:3, 3] -= affine[:3, :3] @ widths[:, 0]
+    sides = ", ".join(
+        f"{('first', 'last')[end]} {'ijk'[axis]}" for axis, end in np.argwhere(touched).tolist()
+    )
+    finding = Finding(
+        "border",
+        f"The heart touches the border of the image ({sides}): {MARGIN} voxels of background "
+        "were added there; what the image cuts off stays cut off.",
+    )
+    return replace(mask, voxels=np.pad(mask.voxels, widths), affine=affine), finding
+
+
+def _pieces(voxels: NDArray[np.bool_], stack_axis: int | None) -> NDArray[np.int32]:
+    """Number of the piece each voxel belongs to, from 1; 0 in the background."""
+    if stack_axis is None:
+        return np.asarray(ndi.label(voxels, CORNERS)[0], dtype=np.int32)
+    slices = np.moveaxis(voxels, stack_axis, 2)
+    data = slices.any(axis=(0, 1))
+    filled = ndi.binary_fill_holes(slices[..., data], IN_PLANE)
+    pieces = np.zeros(slices.shape, dtype=np.int32)
+    pieces[..., data] = ndi.label(filled, CORNERS)[0] * slices[..., data]
+    return np.moveaxis(pieces, 2, stack_axis)

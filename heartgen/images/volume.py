@@ -1,0 +1,40 @@
+"""An image as a file holds it, before anything is known about the heart in it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heartgen.images.mask import Finding
+
+Label: TypeAlias = int | str | Sequence[int | str]
+"""Number(s) or name(s) of the structure(s) to take as myocardium."""
+
+LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0, 1.0])
+"""NIfTI's world (right, anterior, superior) to heartgen's (left, posterior, superior)."""
+
+
+@dataclass(frozen=True)
+class Volume:
+    """Voxel values in the world.
+
+    Attributes
+    ----------
+    values : (nx, ny, nz) of any type
+        Voxel values; index order (i, j, k).
+    affine : (4, 4) float64
+        Voxel index to world coordinates, mm, LPS.
+    label_names : mapping of int to str
+        Names of the label values, where the file knows them.
+    findings : tuple of Finding
+        What the checks of the file saw.
+    """
+
+    values: NDArray[Any]
+    affine: NDArray[np.float64]
+    label_names: Mapping[int, str] = field(default_factory=dict)
+    findings: tuple[Finding, ...] = ()
