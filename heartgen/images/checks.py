@@ -30,6 +30,9 @@ SPACINGS = (1e-5, 250.0)
 HEART_LENGTHS = (3.0, 400.0)
 """Lengths of hearts in mm, newborn mouse to horse."""
 
+FARTHEST = 1e7
+"""Distance in mm from the origin of the world that no image has, whatever its unit: 10 km."""
+
 SHEAR_TOLERANCE = 1e-3
 """Largest cosine between two voxel axes that is still rounding, not shear (0.06 degrees)."""
 
@@ -83,7 +86,7 @@ def check_dimensions(shape: tuple[int, ...]) -> Finding | None:
     if frames != 1:
         return _fatal(
             "dimensions",
-            f"The image has {frames} frames ({sizes}): save the frame you want, "
+            f"The image has {frames} frames or channels ({sizes}): save the frame you want, "
             "for example end diastole, as a file of its own.",
         )
     return None
@@ -131,17 +134,17 @@ def check_affine(affine: NDArray[np.float64]) -> Finding | None:
     """A finite, invertible map of plausible voxel sizes, and no shear. Mirrors are welcome."""
     if affine.shape != (4, 4) or not np.array_equal(affine[3], [0, 0, 0, 1]):
         return _fatal("affine", "The affine must be a 4 x 4 matrix with last row 0 0 0 1.")
-    if not np.isfinite(affine).all():
+    if not (np.abs(affine) < FARTHEST).all():
         return _fatal(
             "affine",
-            "The position or orientation of the image in the world is not finite: "
+            "The position or orientation of the image in the world is not a sensible number: "
             "write the header again with the tool that made the mask.",
         )
     spacing = np.linalg.norm(affine[:3, :3], axis=0)
     if spacing.min() < SPACINGS[0] or spacing.max() > SPACINGS[1]:
         return _fatal(
             "spacing",
-            f"A voxel size of {_sizes(spacing)} mm is not possible for a heart: "
+            f"A voxel size of {describe_sizes(spacing)} mm is not possible for a heart: "
             "correct the voxel size in the header.",
         )
     unit = affine[:3, :3] / spacing
@@ -219,6 +222,11 @@ def check_scale(voxels: NDArray[np.bool_], affine: NDArray[np.float64]) -> Findi
     )
 
 
+def describe_sizes(spacing: NDArray[np.float64]) -> str:
+    """Voxel size as text."""
+    return " x ".join(f"{s:.4g}" for s in spacing)
+
+
 def _planes(voxels: NDArray[np.bool_], axis: int) -> NDArray[np.bool_]:
     """Which planes along an axis carry voxels."""
     return np.asarray(voxels.any(axis=tuple(a for a in range(3) if a != axis)))
@@ -232,8 +240,3 @@ def _fatal(check: str, message: str) -> Finding:
 def _count(n: int, noun: str) -> str:
     """A number with its noun: 1 voxel, 2 voxels."""
     return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
-
-
-def _sizes(spacing: NDArray[np.float64]) -> str:
-    """Voxel size as text."""
-    return " x ".join(f"{s:.4g}" for s in spacing)

@@ -222,7 +222,7 @@ def _data_file(path: Path, named: str | None) -> Path:
 
 
 def _unpacked_bytes(declared: Declared, enough: int, name: str) -> int:
-    """Bytes the packed data unpack to, counted up to `enough` and one chunk; checksums checked."""
+    """Bytes the packed data unpack to, counted until they are enough; checksums are checked."""
     total = 0
     stream = zlib.decompressobj(ZLIB_OR_GZIP)
     try:
@@ -232,9 +232,11 @@ def _unpacked_bytes(declared: Declared, enough: int, name: str) -> int:
             while packed and total <= enough:
                 total += len(stream.decompress(packed, CHUNK))
                 packed = stream.unconsumed_tail or stream.unused_data or file.read(CHUNK)
-                if stream.eof:  # a gzip file may consist of several
+                if stream.eof:
+                    if total >= enough:
+                        return total
+                    # A gzip file may consist of several, one after the other.
                     stream = zlib.decompressobj(ZLIB_OR_GZIP)
+        return total + len(stream.flush()) if total < enough else total
     except zlib.error as error:
-        if total < enough:
-            refuse(name, f"The compression is damaged ({error}): copy or export the file again.")
-    return total
+        refuse(name, f"The compression is damaged ({error}): copy or export the file again.")

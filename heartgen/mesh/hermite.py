@@ -15,22 +15,29 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
-from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN
+from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN, bernstein, bernstein_derivative
 from heartgen.mesh.hexmesh import Topology
 
 POLE_DOFS = 3
 NODE_DOFS = 4
+LINEAR = (1.0, 1.0)
+"""Grading of a wall whose depth is proportional to xi."""
+
 MIN_CIRCUMFERENTIAL = 3
 """Fewer elements around cannot carry the tangent plane of the pole."""
 
 
-def cup_topology(shape: tuple[int, int, int]) -> Topology:
+def cup_topology(
+    shape: tuple[int, int, int], grading: tuple[float, float] = LINEAR
+) -> Topology:
     """Topology of a cup with a collapsed, smooth apex.
 
     Parameters
     ----------
     shape : (int, int, int)
         Elements (radial, circumferential, longitudinal).
+    grading : (float, float)
+        Slope of the depth at endo- and epicardium once the wall is straightened, see `depth`.
 
     Returns
     -------
@@ -70,7 +77,7 @@ def cup_topology(shape: tuple[int, int, int]) -> Topology:
         },
         collapsed=faces(element[:, 0], 2),
         nodes=_corner_nodes(radial, around, along),
-        straightening=_straightening(radial, surface.shape[1]),
+        straightening=_straightening(radial, surface.shape[1], grading),
     )
 
 
@@ -151,11 +158,32 @@ def _corner_nodes(radial: int, around: int, along: int) -> NDArray[np.intp]:
     )
 
 
-def _straightening(radial: int, n_surface: int) -> sp.csr_array:
-    """Linear across the whole wall: each layer in between follows from endo- and epicardium."""
+def depth(
+    xi: NDArray[np.float64], grading: tuple[float, float]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Relative depth in a graded wall: the cubic from 0 to 1 with given slopes at its ends.
+
+    Parameters
+    ----------
+    xi : (n,) float64
+        Transmural coordinate, 0 endocardium to 1 epicardium.
+    grading : (float, float)
+        Slopes at endo- and epicardium; (1, 1) is linear.
+
+    Returns
+    -------
+    value, slope : (n,) float64
+    """
+    coefficients = HERMITE_TO_BERNSTEIN @ np.array([0.0, grading[0], 1.0, grading[1]])
+    return bernstein(xi) @ coefficients, bernstein_derivative(xi) @ coefficients
+
+
+def _straightening(radial: int, n_surface: int, grading: tuple[float, float]) -> sp.csr_array:
+    """Straight across the whole wall: each layer follows from endo- and epicardium."""
     line = np.zeros((2 * (radial + 1), 2 * (radial + 1)))
-    for layer in range(radial + 1):
-        depth = layer / radial
-        line[2 * layer, [0, 2 * radial]] = 1 - depth, depth
-        line[2 * layer + 1, [0, 2 * radial]] = -1 / radial, 1 / radial
+    value, slope = depth(np.linspace(0, 1, radial + 1), grading)
+    line[0::2, 0], line[0::2, 2 * radial] = 1 - value, value
+    line[1::2, 0], line[1::2, 2 * radial] = -slope / radial, slope / radial
+    line[0, 0] = line[-2, 2 * radial] = 1.0
+    line[0, 2 * radial] = line[-2, 0] = 0.0
     return sp.csr_array(sp.kron(sp.csr_array(line), sp.eye_array(n_surface)))

@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.spatial import KDTree
 
 Array = NDArray[np.float64]
@@ -44,11 +45,27 @@ LONGEST_STEP = 1.0
 FLAT = 1e-3
 """Determinant of the Hessian, against the metric's, below which its curvature is not trusted."""
 
-CONVERGED = 1e-9
-"""Newton step below which all closest points count as found, mm."""
+CONVERGED = 1e-6
+"""Newton step after which a closest point counts as found, mm (distances are second order)."""
 
-CURVE_POINTS = 8192
-"""Vertices of a boundary curve: its chords then stray from the curve by less than 1e-5 mm."""
+CURVE_KNOTS = 512
+"""Knots of the periodic cubic spline of a boundary curve: within 1e-6 mm of the curve."""
+
+CURVE_STEP = 2 * np.pi / CURVE_KNOTS
+"""Longest Newton step along a boundary curve, rad: one knot."""
+
+LEAF = 32
+"""Points in a leaf of the search trees; fastest for points far from a small patch."""
+
+DOT = "nx,nx->n"
+"""Scalar product per row: n point, x space."""
+
+
+class Curve(NamedTuple):
+    """Closed curve: spline over the angle to points, mm, and a search tree of its knots."""
+
+    spline: CubicSpline[np.float64]
+    tree: KDTree
 
 
 @dataclass(frozen=True)
@@ -85,15 +102,20 @@ class Patch:
     def seeds(self) -> tuple[KDTree, Array]:
         """Search tree of evenly spread points and their plane coordinates (n, 2)."""
         plane, _ = _spread(self, int(np.ceil(self.area / SEED_AREA)))
-        return KDTree(self.point(plane)), plane
+        return KDTree(self.point(plane), leafsize=LEAF), plane
 
     @cached_property
-    def boundary(self) -> tuple[tuple[KDTree, Array], ...]:
-        """Search tree and vertices (n, 3), mm, of each closed boundary curve."""
-        angle = np.linspace(0, 2 * np.pi, CURVE_POINTS, endpoint=False)
-        edges = [edge for edge in (self.inner, self.outer) if edge is not None]
-        curves = [self.point(_polar(edge(angle), angle)) for edge in edges]
-        return tuple((KDTree(curve), curve) for curve in curves)
+    def boundary(self) -> tuple[Curve, ...]:
+        """The closed curves that bound the patch."""
+        angle = np.linspace(0, 2 * np.pi, CURVE_KNOTS + 1)
+        curves = []
+        for edge in (self.inner, self.outer):
+            if edge is not None:
+                knots = self.point(_polar(edge(angle), angle))
+                knots[-1] = knots[0]
+                spline = CubicSpline(angle, knots, bc_type="periodic")
+                curves.append(Curve(spline, KDTree(knots[:-1], leafsize=LEAF)))
+        return tuple(curves)
 
 
 def quadrature(patch: Patch, n: int) -> tuple[Array, Array]:
@@ -135,8 +157,8 @@ def distance(patch: Patch, points: Array) -> Array:
     foot = _closest(patch, points, plane[start])
     reached = np.linalg.norm(patch.point(foot) - points, axis=1)
     best = np.minimum(best, np.where(_within(patch, foot), reached, np.inf))
-    for curve_tree, curve in patch.boundary:
-        best = np.minimum(best, _curve_distance(curve_tree, curve, points))
+    for curve in patch.boundary:
+        best = np.minimum(best, _curve_distance(curve, points))
     return np.asarray(best)
 
 
@@ -203,14 +225,17 @@ def _normal(patch: Patch, plane: Array) -> Array:
     return np.cross(along_s, along_t)
 
 
-def _closest(patch: Patch, points: Array, plane: Array) -> Array:
+def _closest(patch: Patch, points: Array, start: Array) -> Array:
     """Plane coordinates (n, 2) at which |point(plane) - points|^2 is stationary, near a start."""
+    foot = start.copy()
+    active = np.arange(len(points))
     for _ in range(NEWTON_STEPS):
-        step, length = _newton_step(patch, points, plane)
-        plane = plane + step
-        if length.max(initial=0.0) < CONVERGED:
+        step, length = _newton_step(patch, points[active], foot[active])
+        foot[active] += step
+        active = active[length > CONVERGED]
+        if not active.size:
             break
-    return plane
+    return foot
 
 
 def _newton_step(patch: Patch, points: Array, plane: Array) -> tuple[Array, Array]:
@@ -221,14 +246,13 @@ def _newton_step(patch: Patch, points: Array, plane: Array) -> tuple[Array, Arra
     derivatives = _derivatives(patch, plane)
     gap = derivatives[0] - points
     ps, pt, pss, ptt, pst = derivatives[1:]
-    dot = "nx,nx->n"
-    g_ss, g_tt, g_st = np.einsum(dot, ps, ps), np.einsum(dot, pt, pt), np.einsum(dot, ps, pt)
-    h_ss = g_ss + np.einsum(dot, gap, pss)
-    h_tt = g_tt + np.einsum(dot, gap, ptt)
-    h_st = g_st + np.einsum(dot, gap, pst)
+    g_ss, g_tt, g_st = np.einsum(DOT, ps, ps), np.einsum(DOT, pt, pt), np.einsum(DOT, ps, pt)
+    h_ss = g_ss + np.einsum(DOT, gap, pss)
+    h_tt = g_tt + np.einsum(DOT, gap, ptt)
+    h_st = g_st + np.einsum(DOT, gap, pst)
     safe = (h_ss > 0) & (h_ss * h_tt - h_st**2 > FLAT * (g_ss * g_tt - g_st**2))
     h_ss, h_tt, h_st = (np.where(safe, h, g) for h, g in ((h_ss, g_ss), (h_tt, g_tt), (h_st, g_st)))
-    b_s, b_t = np.einsum(dot, gap, ps), np.einsum(dot, gap, pt)
+    b_s, b_t = np.einsum(DOT, gap, ps), np.einsum(DOT, gap, pt)
     determinant = h_ss * h_tt - h_st**2
     step_s = (h_st * b_t - h_tt * b_s) / determinant
     step_t = (h_st * b_s - h_ss * b_t) / determinant
@@ -254,12 +278,15 @@ def _derivatives(patch: Patch, plane: Array) -> tuple[Array, ...]:
     return p, *first, *second, mixed
 
 
-def _curve_distance(tree: KDTree, curve: Array, points: Array) -> Array:
-    """Distance (n,), mm, to a closed polyline: its two segments at the nearest vertex."""
-    best, nearest = tree.query(points)
-    for neighbour in (nearest - 1, (nearest + 1) % len(curve)):
-        start, edge = curve[nearest], curve[neighbour] - curve[nearest]
-        along = np.einsum("nx,nx->n", points - start, edge) / np.einsum("nx,nx->n", edge, edge)
-        foot = start + np.clip(along, 0, 1)[:, None] * edge
-        best = np.minimum(best, np.linalg.norm(foot - points, axis=1))
-    return np.asarray(best)
+def _curve_distance(curve: Curve, points: Array) -> Array:
+    """Distance (n,), mm, to a closed curve: Newton in the angle from the nearest knot."""
+    best, nearest = curve.tree.query(points)
+    angle = curve.spline.x[nearest]
+    for _ in range(NEWTON_STEPS):
+        gap = curve.spline(angle) - points
+        tangent, curvature = curve.spline(angle, 1), curve.spline(angle, 2)
+        metric = np.einsum(DOT, tangent, tangent)
+        hessian = metric + np.einsum(DOT, gap, curvature)
+        step = -np.einsum(DOT, gap, tangent) / np.where(hessian > FLAT * metric, hessian, metric)
+        angle = angle + np.clip(step, -CURVE_STEP, CURVE_STEP)
+    return np.minimum(best, np.linalg.norm(curve.spline(angle) - points, axis=1))

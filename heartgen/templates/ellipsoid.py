@@ -1,0 +1,124 @@
+"""The truncated ellipsoid that stands for a left ventricle, and its fit to an anatomy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from heartgen.anatomy import Anatomy
+
+START_CUT = 0.5
+"""Equator below the base over the semi-axis at the start of the fit: a cut at 120 degrees."""
+
+CUT_LIMITS = (-0.3, 0.9)
+"""Bounds of the same: from a shallow bowl to an ellipsoid that is nearly closed."""
+
+THIN = 0.15
+"""Least thickness of wall and apex over the measured wall thickness."""
+
+AROUND, ALONG = 24, 12
+"""Samples of each surface in the fit."""
+
+ROBUST = 0.1
+"""Distance over the radius of the pool from which a sample counts as an outlier."""
+
+
+@dataclass(frozen=True)
+class TruncatedEllipsoid:
+    """Endo- and epicardium of a left ventricle as two truncated ellipsoids.
+
+    Coordinates are those of the heart's frame: z from apex to base, base at z = 0. A surface point
+    is ``(centre + lean z + section (cos t, sin t) sin p, -axis (cut + cos p))``, where ``p`` runs
+    from 0 at the apex to the angle at which z = 0.
+
+    Attributes
+    ----------
+    centre : (2,) float64
+        Middle of the base, mm.
+    lean : (2,) float64
+        Sideways shift of the sections per mm of height.
+    section : (2, 2) float64
+        Endocardial cross-section at the equator, symmetric, mm.
+    axis : float
+        Endocardial semi-axis along z, mm.
+    cut : float
+        Height of the base above the equator over `axis`.
+    wall, apex : float
+        Thickness of the wall at the equator and at the apex, mm.
+    """
+
+    centre: NDArray[np.float64]
+    lean: NDArray[np.float64]
+    section: NDArray[np.float64]
+    axis: float
+    cut: float
+    wall: float
+    apex: float
+
+    def semi_axes(self, depth: float) -> tuple[NDArray[np.float64], float, float]:
+        """Section (2, 2), semi-axis and base angle at a depth: 0 endocardium, 1 epicardium."""
+        axis = self.axis + depth * self.apex
+        section = self.section + depth * self.wall * np.eye(2)
+        return section, axis, float(np.arccos(-self.cut * self.axis / axis))
+
+    def points(
+        self, angle: NDArray[np.float64], polar: NDArray[np.float64], depth: float
+    ) -> NDArray[np.float64]:
+        """Surface points (n, 3) at angles around (n,) and polar angles (n,), heart frame, mm."""
+        section, axis, _ = self.semi_axes(depth)
+        z = -self.cut * self.axis - axis * np.cos(polar)
+        ring = np.stack([np.cos(angle), np.sin(angle)], -1) @ section.T
+        xy = self.centre + np.outer(z, self.lean) + ring * np.sin(polar)[:, None]
+        return np.concatenate([xy, z[:, None]], axis=1)
+
+
+def fit_ellipsoid(anatomy: Anatomy) -> TruncatedEllipsoid:
+    """Fit endo- and epicardium together to the level sets of an anatomy by robust least squares.
+
+    Parameters
+    ----------
+    anatomy : Anatomy
+
+    Returns
+    -------
+    TruncatedEllipsoid
+    """
+    around, along = np.meshgrid(
+        2 * np.pi * np.arange(AROUND) / AROUND, (np.arange(ALONG) + 0.5) / ALONG, indexing="ij"
+    )
+    angle, fraction = around.ravel(), along.ravel()
+    least = THIN * anatomy.wall_thickness
+    r, length = anatomy.radius, anatomy.length
+
+    def shape(p: NDArray[np.float64]) -> TruncatedEllipsoid:
+        return TruncatedEllipsoid(
+            centre=r * p[0:2],
+            lean=p[2:4],
+            section=r * np.array([[p[4], p[5]], [p[5], p[6]]]),
+            axis=length * p[7],
+            cut=float(p[8]),
+            wall=anatomy.wall_thickness * p[9],
+            apex=anatomy.wall_thickness * p[10],
+        )
+
+    def misfit(p: NDArray[np.float64]) -> NDArray[np.float64]:
+        candidate = shape(p)
+        out = []
+        for depth, name in enumerate(("lv_endo", "epi")):
+            polar = fraction * candidate.semi_axes(depth)[2]
+            points = anatomy.to_world(candidate.points(angle, polar, depth))
+            # Rows of samples shrink towards the apex: weight by circumference.
+            out.append(anatomy.surfaces[name].sample(points)[0] * np.sqrt(np.sin(polar)))
+        return np.concatenate(out) / r
+
+    axis = 1 / (1 + START_CUT)
+    apex = max(anatomy.apex_thickness, least) / anatomy.wall_thickness
+    start = np.array([0, 0, 0, 0, 1, 0, 1, axis, START_CUT, 1, apex])
+    low = np.array([-1, -1, -1, -1, 0.3, -1, 0.3, axis / 3, CUT_LIMITS[0], THIN, THIN])
+    high = np.array([1, 1, 1, 1, 3, 1, 3, axis * 3, CUT_LIMITS[1], 4, 4])
+    start = np.clip(start, low + 1e-6, high - 1e-6)
+    fit = least_squares(misfit, start, bounds=(low, high), loss="soft_l1", f_scale=ROBUST)
+    return shape(fit.x)

@@ -1,0 +1,125 @@
+"""Where the rows of elements lie along the wall: the parametrisation with the best elements.
+
+det J of a cup grows with the distance from the apex, so that evenly spaced rows have a poor
+Jacobian ratio near it, and it grows from endo- to epicardium. Rows and their spacing within each
+element are free, on endo- and epicardium separately, and so is the grading of the depth across the
+wall; this module chooses them so that log det J varies least within the elements, and the radial
+lines stay square to the wall. By symmetry one meridian is enough.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN, bernstein, bernstein_derivative
+from heartgen.mesh.hermite import LINEAR, depth
+from heartgen.mesh.jacobian import QUALITY_GAUSS
+from heartgen.mesh.quadrature import gauss
+from heartgen.templates.ellipsoid import TruncatedEllipsoid
+
+SQUARENESS = 0.5
+"""Weight of the cosine between radial and longitudinal lines against the spread of log det J."""
+
+EVENNESS = 0.05
+"""Weight of the difference between neighbouring rows: keeps the problem determined."""
+
+FOLDED = 1e-6
+"""Relative det J that stands for a folded point, whose logarithm does not exist."""
+
+
+@dataclass(frozen=True)
+class Spacing:
+    """Polar angle along a meridian as a cubic Hermite function of the rows, and the grading.
+
+    Attributes
+    ----------
+    value, slope : (2, rows + 1) float64
+        Polar angle and its derivative per row at each row's end, on endo- and epicardium, rad.
+    grading : (float, float)
+        Slopes of the depth at endo- and epicardium, see `heartgen.mesh.hermite.depth`.
+    """
+
+    value: NDArray[np.float64]
+    slope: NDArray[np.float64]
+    grading: tuple[float, float] = LINEAR
+
+
+def best_spacing(shape: TruncatedEllipsoid, radial: int, rows: int, graded: bool) -> Spacing:
+    """Choose the rows of a template.
+
+    Parameters
+    ----------
+    shape : TruncatedEllipsoid
+    radial : int
+        Elements across the wall.
+    rows : int
+        Elements from apex to base.
+    graded : bool
+        Whether the depth across the wall may be graded; otherwise it is linear.
+
+    Returns
+    -------
+    Spacing
+    """
+    ends = np.array([shape.semi_axes(0)[2], shape.semi_axes(1)[2]])
+    even = ends[:, None] * np.linspace(0, 1, rows + 1)
+    step = np.repeat(ends[:, None] / rows, rows + 1, axis=1)
+
+    def spacing(p: NDArray[np.float64]) -> Spacing:
+        free = p[2:].reshape(2, 2 * rows)
+        value = even.copy()
+        value[:, 1:-1] += step[:, 1:-1] * free[:, : rows - 1]
+        grading = (1 + float(p[0]), 1 + float(p[1])) if graded else LINEAR
+        return Spacing(value, step * (1 + free[:, rows - 1 :]), grading)
+
+    def misfit(p: NDArray[np.float64]) -> NDArray[np.float64]:
+        candidate = spacing(p)
+        spread, slant = _meridian(shape, candidate, radial)
+        width = np.diff(candidate.value, axis=1) / step[:, 1:]
+        return np.concatenate(
+            [
+                spread / np.sqrt(spread.size),
+                SQUARENESS * slant / np.sqrt(slant.size),
+                EVENNESS * np.diff(width, axis=1).ravel() / np.sqrt(width.size),
+            ]
+        )
+
+    fit = least_squares(misfit, np.zeros(2 + 4 * rows), xtol=1e-4, ftol=1e-4)
+    return spacing(fit.x)
+
+
+def _meridian(
+    shape: TruncatedEllipsoid, spacing: Spacing, radial: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Spread of log det J in each element, and cosines of the angle to the radial line."""
+    t, w = gauss(QUALITY_GAUSS)
+    value, slope = spacing.value, spacing.slope
+    hermite = np.stack([value[:, :-1], slope[:, :-1], value[:, 1:], slope[:, 1:]], -1)
+    polar = hermite @ HERMITE_TO_BERNSTEIN.T @ bernstein(t).T  # surface, row, point
+    speed = hermite @ HERMITE_TO_BERNSTEIN.T @ bernstein_derivative(t).T
+    place, tangent = [], []
+    for surface in (0, 1):
+        section, axis, _ = shape.semi_axes(surface)
+        r = np.sqrt(np.linalg.det(section))
+        p, v = polar[surface], speed[surface]
+        place.append(np.stack([r * np.sin(p), -axis * np.cos(p)], -1))
+        tangent.append(np.stack([r * np.cos(p) * v, axis * np.sin(p) * v], -1))
+    depths, stretch = depth((np.arange(radial)[:, None] + t).ravel() / radial, spacing.grading)
+    depths = depths.reshape(radial, 1, -1, 1, 1)
+    stretch = stretch.reshape(radial, 1, -1, 1)
+    across = place[1] - place[0]
+    here = place[0][None, :, None] * (1 - depths) + place[1][None, :, None] * depths
+    along = tangent[0][None, :, None] * (1 - depths) + tangent[1][None, :, None] * depths
+    cross = across[None, :, None]
+    det = stretch * here[..., 0] * (cross[..., 0] * along[..., 1] - cross[..., 1] * along[..., 0])
+    log_det = np.log(np.maximum(det, FOLDED * np.abs(det).max()))
+    weights = np.einsum("i,j->ij", w, w)
+    mean = np.einsum("ersi,si->er", log_det, weights)[..., None, None]
+    spread = ((log_det - mean) * np.sqrt(weights)).ravel()
+    lengths = np.linalg.norm(np.broadcast_to(cross, along.shape), axis=-1) * np.linalg.norm(along, axis=-1)
+    slant = np.sum(cross * along, axis=-1) / np.maximum(lengths, np.finfo(float).tiny)
+    return spread, slant.ravel()
