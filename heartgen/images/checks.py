@@ -1,6 +1,6 @@
 """What an image must be for a heart to be meshed from it: small named checks.
 
-Each check returns a `Finding`, or None if all is well; `report` turns the fatal ones into one error.
+Each check returns a `Finding`, or None if all is well; `report` makes one error of the fatal ones.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import InputError
-from heartgen.images.mask import Finding
+from heartgen.images.mask import Finding, planes_along
 
 MAX_VOXELS = 1024**3
 """Most voxels an image may have: 90 times the largest of Lamata et al. 2014 (222 x 233 x 252)."""
@@ -127,7 +127,7 @@ def check_finite(values: NDArray[Any]) -> Finding | None:
     bad = 0 if values.dtype.kind != "f" else int(values.size - np.isfinite(values).sum())
     if bad == 0:
         return None
-    return _fatal("finite", f"{_count(bad, 'voxel')} hold NaN or infinity: replace them by 0.")
+    return _fatal("finite", f"NaN or infinity stands in {_count(bad, 'voxel')}: put 0 there.")
 
 
 def check_affine(affine: NDArray[np.float64]) -> Finding | None:
@@ -163,7 +163,9 @@ def check_empty(voxels: NDArray[np.bool_]) -> Finding | None:
     """Something in the mask."""
     if voxels.any():
         return None
-    return _fatal("empty", "The mask is empty: no voxel is set.")
+    return _fatal(
+        "empty", "The mask is empty, no voxel is set: check that the right structure was exported."
+    )
 
 
 def check_background(voxels: NDArray[np.bool_]) -> Finding | None:
@@ -194,7 +196,7 @@ def check_extent(voxels: NDArray[np.bool_]) -> Finding | None:
             f"(at least {MIN_VOXELS}): use a finer image.",
         )
     for axis in range(3):
-        planes = int(_planes(voxels, axis).sum())
+        planes = int(planes_along(voxels, axis).sum())
         if 0 < planes < MIN_SLICES:
             return _fatal(
                 "extent",
@@ -206,7 +208,7 @@ def check_extent(voxels: NDArray[np.bool_]) -> Finding | None:
 
 def check_scale(voxels: NDArray[np.bool_], affine: NDArray[np.float64]) -> Finding | None:
     """A length that hearts have; another one is meshed all the same."""
-    ends = np.array([np.flatnonzero(_planes(voxels, axis))[[0, -1]] for axis in range(3)])
+    ends = np.array([np.flatnonzero(planes_along(voxels, axis))[[0, -1]] for axis in range(3)])
     extent = (ends[:, 1] - ends[:, 0] + 1) * np.linalg.norm(affine[:3, :3], axis=0)
     length = float(extent.max())
     if HEART_LENGTHS[0] <= length <= HEART_LENGTHS[1]:
@@ -225,11 +227,6 @@ def check_scale(voxels: NDArray[np.bool_], affine: NDArray[np.float64]) -> Findi
 def describe_sizes(spacing: NDArray[np.float64]) -> str:
     """Voxel size as text."""
     return " x ".join(f"{s:.4g}" for s in spacing)
-
-
-def _planes(voxels: NDArray[np.bool_], axis: int) -> NDArray[np.bool_]:
-    """Which planes along an axis carry voxels."""
-    return np.asarray(voxels.any(axis=tuple(a for a in range(3) if a != axis)))
 
 
 def _fatal(check: str, message: str) -> Finding:

@@ -1,16 +1,18 @@
-"""DICOM segmentation objects (SEG), through highdicom."""
+"""DICOM segmentation objects (SEG), read with highdicom."""
 
 from __future__ import annotations
 
+import math
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from heartgen.images.checks import check_size, report
+from heartgen.images.checks import check_dimensions, check_size, report
 from heartgen.images.files import refuse
 from heartgen.images.labels import describe_label, find_labels
 from heartgen.images.volume import Label, Volume
@@ -19,7 +21,178 @@ SEGMENTATIONS = ("1.2.840.10008.5.1.4.1.1.66.4", "1.2.840.10008.5.1.4.1.1.66.7")
 """SOP classes Segmentation Storage and Label Map Segmentation Storage (DICOM PS3.6)."""
 
 DEFLATED = "1.2.840.10008.1.2.1.99"
-"""Transfer syntax in which the whole file is packed, so that its size is not known beforehand."""
+"""Transfer syntax that packs the whole file, so that its size is only known when it is unpacked."""
 
-LISTED = 20
-"""Files or segments named in a message."""
+BITS = 8
+"""Bits of a byte; the voxels of a binary segmentation take one each."""
+
+HEADER_TAGS = [
+    "BitsAllocated",
+    "Columns",
+    "Modality",
+    "NumberOfFrames",
+    "Rows",
+    "SegmentSequence",
+    "SOPClassUID",
+]
+"""What is read of a file before its voxels."""
+
+
+def read_segmentation(path: Path, label: Label | None) -> Volume:
+    """Read one or several segments of a DICOM segmentation.
+
+    Parameters
+    ----------
+    path : Path
+        A DICOM file, or a folder with one segmentation among its files.
+    label : int, str, sequence of them, or None
+        Number(s) or label(s) of the segments that are myocardium; None if there is only one.
+
+    Returns
+    -------
+    Volume
+        The union of the segments; fractional ones keep their fractions.
+
+    Raises
+    ------
+    InputError
+        If there is no segmentation, not one only, or it is damaged or on irregular slices, or
+        the segment is not to be told; or if highdicom is not installed.
+    """
+    highdicom = _highdicom(path.name)
+    file = _find(path) if path.is_dir() else path
+    header = _header(file)
+    if not _is_segmentation(header):
+        refuse(
+            file.name,
+            f"This DICOM file is no segmentation (SEG), its modality is {_modality(header)}: "
+            "give the SEG file, or export the mask as NIfTI, NRRD or MHA.",
+        )
+    _check_pixels(header, file)
+    segments = _choose(header, label, file.name)
+    with _refusal(file.name):
+        seg = highdicom.seg.segread(file)
+        geometry = seg.get_volume_geometry(allow_missing_positions=True)
+    if geometry is None:
+        refuse(
+            file.name,
+            "The slices of the segmentation are not parallel and evenly spaced, or there are "
+            "several frames in one place: export one volume.",
+        )
+    shape = tuple(geometry.spatial_shape)
+    report(file.name, [check_size((*shape, len(segments))), check_dimensions(shape)])
+    with _refusal(file.name):
+        volume = seg.get_volume(segment_numbers=segments)
+    # highdicom indexes (slice, row, column) in LPS; we follow the other formats: (i, j, k).
+    values = volume.array.max(axis=-1).transpose(2, 1, 0)
+    affine = np.asarray(volume.affine, dtype=np.float64)[:, [2, 1, 0, 3]]
+    return Volume(values, affine)
+
+
+def _highdicom(name: str) -> ModuleType:
+    """The optional library."""
+    try:
+        import highdicom
+    except ImportError:
+        refuse(name, "Reading DICOM needs highdicom: pip install 'heartgen[dicom]'.")
+    return highdicom
+
+
+def _find(folder: Path) -> Path:
+    """The only segmentation in a folder."""
+    from pydicom.misc import is_dicom
+
+    headers = {p: _header(p) for p in sorted(folder.iterdir()) if p.is_file() and is_dicom(p)}
+    if not headers:
+        refuse(str(folder), "There is no DICOM file in this folder: give the file of the mask.")
+    found = [p for p, header in headers.items() if _is_segmentation(header)]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        names = ", ".join(p.name for p in found)
+        refuse(str(folder), f"There are several segmentations in this folder, give one: {names}.")
+    kinds = ", ".join(sorted({_modality(header) for header in headers.values()}))
+    refuse(
+        str(folder),
+        f"There is no segmentation (SEG) among the DICOM files of this folder, only {kinds}: "
+        "segment the myocardium, or export the mask as NIfTI, NRRD or MHA.",
+    )
+
+
+def _header(file: Path) -> Any:
+    """What a DICOM file says before its voxels."""
+    from pydicom import dcmread
+    from pydicom.filereader import read_file_meta_info
+
+    with _refusal(file.name):
+        meta = read_file_meta_info(file)
+        header = (
+            None
+            if meta.get("TransferSyntaxUID") == DEFLATED
+            else dcmread(file, stop_before_pixels=True, specific_tags=HEADER_TAGS)
+        )
+    if header is None:
+        refuse(file.name, "This DICOM file is deflated: export it without that compression.")
+    return header
+
+
+def _is_segmentation(header: Any) -> bool:
+    """Whether a file holds a segmentation."""
+    return str(header.get("SOPClassUID")) in SEGMENTATIONS
+
+
+def _modality(header: Any) -> str:
+    """Kind of a DICOM file, as in MR or CT."""
+    return str(header.get("Modality") or "unknown")
+
+
+def _check_pixels(header: Any, file: Path) -> None:
+    """Compare the declared number of pixels with the limit and with the size of the file."""
+    with _refusal(file.name):
+        shape = tuple(int(header[tag].value) for tag in ("Columns", "Rows", "NumberOfFrames"))
+        bits = math.prod(shape) * int(header.BitsAllocated)
+        packed = header.file_meta.TransferSyntaxUID.is_compressed
+    report(file.name, [check_size(shape)])
+    held = file.stat().st_size
+    if not packed and bits > BITS * held:
+        refuse(
+            file.name,
+            f"The file is truncated, its header declares {bits // BITS:,} bytes of voxels and it "
+            f"has {held:,} in all: copy or export it again.",
+        )
+
+
+def _choose(header: Any, label: Label | None, name: str) -> list[int]:
+    """Numbers of the segments to read."""
+    with _refusal(name):
+        names = {int(s.SegmentNumber): str(s.SegmentLabel) for s in header.SegmentSequence}
+    names.pop(0, None)  # the background of label maps
+    offered = ", ".join(describe_label(number, names) for number in names)
+    if label is None:
+        if len(names) == 1:
+            return list(names)
+        refuse(
+            name,
+            f"The file holds the segments {offered}: pass the myocardium's, by number or name, as "
+            "label=... or --label.",
+        )
+    numbers, unknown = find_labels(label, names)
+    unknown += [str(number) for number in numbers if number not in names]
+    if unknown:
+        refuse(
+            name,
+            f"There is no segment {' or '.join(unknown)} in the file, which holds {offered}: "
+            "pass one of these as label=... or --label.",
+        )
+    return numbers
+
+
+@contextmanager
+def _refusal(name: str) -> Iterator[None]:
+    """Turn whatever pydicom and highdicom raise about a damaged file into an `InputError`."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    except Exception as error:  # they raise any kind
+        refuse(name, f"The DICOM file is damaged ({error}): export the segmentation again.")

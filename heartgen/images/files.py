@@ -33,7 +33,7 @@ SIGNATURES = (
     (0, b"II*\0", "TIFF picture"),
     (0, b"MM\0*", "TIFF picture"),
     (0, b"%PDF", "PDF document"),
-    (0, b"<", "XML or HTML text"),
+    (0, b"<", "web page or XML text"),
 )
 """Offset and bytes that give a format away. A header of 348 bytes without NIfTI's signature is
 that of its ancestor, Analyze."""
@@ -78,7 +78,9 @@ def identify(path: Path) -> str:
             head = file.read(PACKED_HEAD)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        refuse(str(path), f"The file cannot be opened ({reason}): check the path and its permissions.")
+        refuse(
+            str(path), f"The file cannot be opened ({reason}): check the path and its permissions."
+        )
     if not head:
         refuse(path.name, "The file is empty: export it again.")
     found, expected = _signature(head), _ending(path.name)
@@ -105,7 +107,8 @@ def identify(path: Path) -> str:
     if found is not None:
         refuse(path.name, f"This is a {found}, not a volume: save the mask as NIfTI, NRRD or MHA.")
     refuse(
-        path.name, f"The file has no {expected} header, as its name promises: export the mask again."
+        path.name,
+        f"The file has no {expected} header, as its name promises: export the mask again.",
     )
 
 

@@ -7,6 +7,7 @@ import os
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ PICTURES = ("BMP", "JPEG", "JPEG2000", "LSM", "PNG", "TIFF")
 STDERR = 2
 """File descriptor that C++ libraries write their complaints to."""
 
-_stderr_lock = threading.Lock()
+_stderr_lock = threading.Lock()  # a file descriptor belongs to all threads
 
 
 def read_itk(path: Path, form: str) -> Volume:
@@ -49,8 +50,7 @@ def read_itk(path: Path, form: str) -> Volume:
     InputError
         If the file is damaged or is no three-dimensional image of real numbers.
     """
-    import SimpleITK as sitk
-
+    sitk = import_module("SimpleITK")
     values_declared = math.inf
     if form in HEADERS:
         declared = HEADERS[form](path)
@@ -89,9 +89,7 @@ def read_itk(path: Path, form: str) -> Volume:
 
 def _data_type(reader: Any) -> np.dtype[Any]:
     """Type of a voxel; several numbers per voxel count as a structure."""
-    import SimpleITK as sitk
-
-    kind = sitk.GetPixelIDValueAsString(reader.GetPixelID())
+    kind = import_module("SimpleITK").GetPixelIDValueAsString(reader.GetPixelID())
     if kind.startswith("complex"):
         return np.dtype(np.complex64)
     return np.dtype("V1" if kind.startswith("vector") else np.float64)
@@ -124,11 +122,10 @@ def _refusal(name: str) -> Iterator[None]:
 @contextmanager
 def _silence() -> Iterator[None]:
     """Keep the messages of ITK's C++ off the terminal: what matters also comes as an exception."""
-    import SimpleITK as sitk
-
+    process = import_module("SimpleITK").ProcessObject
     with _stderr_lock, open(os.devnull, "wb") as nowhere:
-        shown = sitk.ProcessObject.GetGlobalWarningDisplay()
-        sitk.ProcessObject.GlobalWarningDisplayOff()
+        shown = process.GetGlobalWarningDisplay()
+        process.GlobalWarningDisplayOff()
         try:
             terminal = os.dup(STDERR)
         except OSError:  # a program without a terminal
@@ -141,4 +138,4 @@ def _silence() -> Iterator[None]:
             if terminal is not None:
                 os.dup2(terminal, STDERR)
                 os.close(terminal)
-            sitk.ProcessObject.SetGlobalWarningDisplay(shown)
+            process.SetGlobalWarningDisplay(shown)

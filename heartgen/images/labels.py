@@ -12,10 +12,10 @@ from heartgen.images.mask import Finding
 from heartgen.images.volume import Label
 
 MAX_LABELS = 256
-"""Distinct values from which an image is grey, not labelled: whole-body label maps hold some 120."""
+"""Distinct values beyond which an image is grey, not labelled: whole-body label maps have 120."""
 
 LISTED = 12
-"""Labels named in a message; the commonest first."""
+"""Labels named in a message."""
 
 
 def myocardium(
@@ -102,12 +102,10 @@ def _not_binary(values: NDArray[Any], names: Mapping[int, str]) -> Finding:
 
 
 def _present(values: NDArray[Any], names: Mapping[int, str]) -> str:
-    """Labels of an image and how many voxels each has, the commonest first."""
+    """Labels of an image and how many voxels each has; of very many, the commonest."""
     labels, counts = np.unique(values[values != 0], return_counts=True)
-    order = np.argsort(-counts, kind="stable")
-    listed = [
-        f"{describe_label(labels[i], names)} ({counts[i]} voxels)" for i in order[:LISTED].tolist()
-    ]
-    if len(order) > LISTED:
-        listed.append(f"{len(order) - LISTED} more")
+    shown = np.sort(np.argsort(-counts, kind="stable")[:LISTED])
+    listed = [f"{describe_label(labels[i], names)} ({counts[i]} voxels)" for i in shown.tolist()]
+    if len(labels) > LISTED:
+        listed.append(f"{len(labels) - LISTED} more")
     return ", ".join(listed) or "only 0"

@@ -69,17 +69,21 @@ class Mask:
 
     @cached_property
     def stack_axis(self) -> int | None:
-        """Index axis along which slices lie far apart, or None for a (nearly) isotropic image."""
-        thick = int(np.argmax(self.spacing))
+        """Index axis along which slices lie far apart, or None for a (nearly) isotropic image.
+
+        Slices lie apart if the voxels are long, or if there are empty planes between them.
+        """
+        steps = np.array([_typical_step(planes_along(self.voxels, axis)) for axis in range(3)])
+        distance = self.spacing * steps
+        thick = int(np.argmax(distance))
         in_plane = np.delete(self.spacing, thick)
-        return thick if self.spacing[thick] > STACK_RATIO * in_plane.min() else None
+        apart = steps[thick] > 1 or distance[thick] > STACK_RATIO * in_plane.min()
+        return thick if apart else None
 
     @cached_property
     def planes(self) -> NDArray[np.bool_]:
         """Which planes along the stack axis (the last axis if isotropic) carry data, (n,) bool."""
-        axis = 2 if self.stack_axis is None else self.stack_axis
-        others = tuple(a for a in range(3) if a != axis)
-        return np.asarray(self.voxels.any(axis=others))
+        return planes_along(self.voxels, 2 if self.stack_axis is None else self.stack_axis)
 
     def to_world(self, index: NDArray[np.float64]) -> NDArray[np.float64]:
         """World coordinates (n, 3), mm, LPS, of voxel indices (n, 3)."""
@@ -88,3 +92,14 @@ class Mask:
     def to_index(self, world: NDArray[np.float64]) -> NDArray[np.float64]:
         """Voxel indices (n, 3), fractional, of world coordinates (n, 3), mm, LPS."""
         return np.asarray(np.linalg.solve(self.affine[:3, :3], (world - self.affine[:3, 3]).T).T)
+
+
+def planes_along(voxels: NDArray[np.bool_], axis: int) -> NDArray[np.bool_]:
+    """Which planes across an index axis of (nx, ny, nz) voxels carry any, (n,) bool."""
+    return np.asarray(voxels.any(axis=tuple(a for a in range(3) if a != axis)))
+
+
+def _typical_step(planes: NDArray[np.bool_]) -> float:
+    """Median distance between neighbouring planes that carry voxels, in planes."""
+    carrying = np.flatnonzero(planes)
+    return float(np.median(np.diff(carrying))) if len(carrying) > 1 else 1.0

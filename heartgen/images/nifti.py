@@ -121,7 +121,7 @@ def _header(path: Path) -> Any:
             block = stream.read(Nifti2Header.template_dtype.itemsize)
     except (EOFError, OSError, zlib.error) as error:
         refuse(path.name, f"The compression is damaged ({error}): copy or export the file again.")
-    kind = Nifti2Header if block[4:6] == b"n+" or block[4:6] == b"ni" else Nifti1Header
+    kind: Any = Nifti2Header if block[4:6] in (b"n+", b"ni") else Nifti1Header
     length = kind.template_dtype.itemsize
     if len(block) < length:
         refuse(path.name, "The file is truncated in its header: copy or export it again.")
@@ -172,8 +172,9 @@ def _placement(
         to_mm = MM[header.get_xyzt_units()[0]]
     except (HeaderDataError, KeyError, ValueError) as error:
         refuse(name, f"The header is damaged ({error}): write it again with the tool it is from.")
-    to_lps = LPS_FROM_RAS @ np.diag([to_mm, to_mm, to_mm, 1.0])
-    sform, qform = (None if form is None else to_lps @ form for form in (sform, qform))
+    to_lps = LPS_FROM_RAS * [[to_mm], [to_mm], [to_mm], [1.0]]
+    sform = None if sform is None else to_lps * sform
+    qform = None if qform is None else to_lps * qform
     spacing = to_mm * spacing
     if sform is None and qform is None:
         finding = Finding(
@@ -183,7 +184,8 @@ def _placement(
         )
         return np.diag([*spacing, 1.0]), (finding,)
     mismatch = check_transforms(sform, qform, spacing, shape)
-    return qform if sform is None else sform, () if mismatch is None else (mismatch,)
+    affine = qform if sform is None else sform
+    return np.asarray(affine), () if mismatch is None else (mismatch,)
 
 
 def _voxel_file(path: Path) -> Path:

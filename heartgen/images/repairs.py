@@ -8,7 +8,7 @@ import numpy as np
 import scipy.ndimage as ndi
 from numpy.typing import NDArray
 
-from heartgen.images.mask import Finding, Mask
+from heartgen.images.mask import Finding, Mask, planes_along
 
 MARGIN = 2
 """Background voxels put around a heart that touches the border: one closes its surface, the next
@@ -77,7 +77,7 @@ def pad_border(mask: Mask) -> tuple[Mask, Finding | None]:
     """
     touched = np.zeros((3, 2), dtype=bool)
     for axis in range(3):
-        planes = mask.voxels.any(axis=tuple(a for a in range(3) if a != axis))
+        planes = planes_along(mask.voxels, axis)
         touched[axis] = planes[0], planes[-1]
     if not touched.any():
         return mask, None
@@ -101,7 +101,7 @@ def _pieces(voxels: NDArray[np.bool_], stack_axis: int | None) -> NDArray[np.int
         return np.asarray(ndi.label(voxels, CORNERS)[0], dtype=np.int32)
     slices = np.moveaxis(voxels, stack_axis, 2)
     data = slices.any(axis=(0, 1))
-    filled = ndi.binary_fill_holes(slices[..., data], IN_PLANE)
+    filled = np.asarray(ndi.binary_fill_holes(slices[..., data], IN_PLANE))
     pieces = np.zeros(slices.shape, dtype=np.int32)
     pieces[..., data] = ndi.label(filled, CORNERS)[0] * slices[..., data]
     return np.moveaxis(pieces, 2, stack_axis)

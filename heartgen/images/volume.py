@@ -14,8 +14,8 @@ from heartgen.images.mask import Finding
 Label: TypeAlias = int | str | Sequence[int | str]
 """Number(s) or name(s) of the structure(s) to take as myocardium."""
 
-LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0, 1.0])
-"""NIfTI's world (right, anterior, superior) to heartgen's (left, posterior, superior)."""
+LPS_FROM_RAS = np.array([[-1.0], [-1.0], [1.0], [1.0]])
+"""Factors of the rows of an affine, from NIfTI's world (right, anterior, superior) to ours."""
 
 
 @dataclass(frozen=True)

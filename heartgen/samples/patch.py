@@ -289,4 +289,4 @@ def _curve_distance(curve: Curve, points: Array) -> Array:
         hessian = metric + np.einsum(DOT, gap, curvature)
         step = -np.einsum(DOT, gap, tangent) / np.where(hessian > FLAT * metric, hessian, metric)
         angle = angle + np.clip(step, -CURVE_STEP, CURVE_STEP)
-    return np.minimum(best, np.linalg.norm(curve.spline(angle) - points, axis=1))
+    return np.asarray(np.minimum(best, np.linalg.norm(curve.spline(angle) - points, axis=1)))

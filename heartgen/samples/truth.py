@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,9 +16,6 @@ Array = NDArray[np.float64]
 
 SURFACES = ("endo", "epi", "base")
 """The pieces of the external surface of the wall; ``"all"`` means the three together."""
-
-PLANE_SAMPLES = 2000
-"""Samples of the base through which the basal plane is laid; its centre is good to 1e-3 mm."""
 
 
 @dataclass(frozen=True)
@@ -53,17 +49,21 @@ class Truth:
         pole = self.shape.patches["endo"].point(np.zeros((1, 2)))
         return np.asarray(self.pose.to_world(pole)[0])
 
-    @cached_property
+    @property
     def basal_plane(self) -> tuple[Array, Array]:
-        """Centre (3,), mm, world (LPS), and unit normal (3,), away from the apex, of the base.
+        """Plane about which the rims rise and fall.
 
-        The plane of least squares through the annulus between the two rims.
+        Returns
+        -------
+        centre : (3,) float64, mm, world (LPS)
+            Where the long axis meets it.
+        normal : (3,) float64
+            Unit vector, away from the apex.
         """
-        points, weights = self.surface(PLANE_SAMPLES, "base")
-        centre = weights @ points / weights.sum()
-        offset = np.sqrt(weights)[:, None] * (points - centre)
-        normal = np.linalg.svd(offset, full_matrices=False)[2][-1]
-        return centre, normal * np.sign(normal @ (centre - self.apex))
+        slope_x, slope_y = self.shape.base_slope
+        upward = np.array([-slope_x, -slope_y, 1.0])
+        centre = self.pose.to_world(np.array([[0.0, 0.0, self.shape.base_height]]))[0]
+        return centre, self.pose.rotation @ (upward / np.linalg.norm(upward))
 
     def area(self, surface: str = "all") -> float:
         """Area of the external surface or a piece of it, mm^2."""

@@ -1,0 +1,112 @@
+"""The Laplacian that keeps a deformation smooth, and the solver it makes fast."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+
+Vectors = NDArray[np.float64]
+"""One vector per node, (n, 3) float64."""
+
+
+@dataclass(frozen=True)
+class Smoothing:
+    """Squared Laplacian L'L of node values, with free (Neumann) borders.
+
+    Attributes
+    ----------
+    shape : (int, int, int)
+        Nodes along each axis.
+    """
+
+    shape: tuple[int, int, int]
+
+    @cached_property
+    def spectrum(self) -> NDArray[np.float64]:
+        """Eigenvalues of L'L for the cosine modes, (nx, ny, nz)."""
+        modes = [2 - 2 * np.cos(np.pi * np.arange(n) / n) for n in self.shape]
+        return np.asarray(
+            (modes[0][:, None, None] + modes[1][:, None] + modes[2]) ** 2, dtype=float
+        )
+
+    @property
+    def trace(self) -> float:
+        """Trace of L'L for one component of the displacement."""
+        return float(self.spectrum.sum())
+
+    def apply(self, values: Vectors) -> Vectors:
+        """L'L times node values (n, 3)."""
+        return self._laplacian(self._laplacian(values))
+
+    def energy(self, values: Vectors) -> float:
+        """Squared norm of L times node values (n, 3)."""
+        return float(np.sum(self._laplacian(values) ** 2))
+
+    def _laplacian(self, values: Vectors) -> Vectors:
+        """Seven-point Laplacian of node values (n, 3)."""
+        v = values.reshape(*self.shape, 3)
+        out = np.zeros_like(v)
+        for axis in range(3):
+            step = np.diff(v, axis=axis)
+            low: list[slice] = [slice(None)] * 4
+            high = list(low)
+            low[axis], high[axis] = slice(None, -1), slice(1, None)
+            out[tuple(low)] -= step
+            out[tuple(high)] += step
+        return out.reshape(-1, 3)
+
+    def solve(self, values: Vectors, smooth: float, shift: float) -> Vectors:
+        """Solve (smooth L'L + shift I) x = values by cosine transforms."""
+        v = values.reshape(*self.shape, 3)
+        modes = scipy.fft.dctn(v, axes=(0, 1, 2), norm="ortho", workers=-1)
+        modes /= (smooth * self.spectrum + shift)[..., None]
+        return np.asarray(scipy.fft.idctn(modes, axes=(0, 1, 2), norm="ortho", workers=-1)).reshape(
+            -1, 3
+        )
+
+
+def conjugate_gradients(
+    operator: Callable[[Vectors], Vectors],
+    right: Vectors,
+    precondition: Callable[[Vectors], Vectors],
+    tolerance: float,
+    max_steps: int,
+) -> Vectors:
+    """Preconditioned conjugate gradients from zero, for a symmetric positive definite operator.
+
+    Parameters
+    ----------
+    operator, precondition : callable
+        Map (n, 3) to (n, 3).
+    right : (n, 3) float64
+        Right-hand side.
+    tolerance : float
+        Relative residual, in the preconditioner's norm, at which to stop.
+    max_steps : int
+
+    Returns
+    -------
+    (n, 3) float64
+    """
+    x = np.zeros_like(right)
+    r = right.copy()
+    z = precondition(r)
+    p = z.copy()
+    rho = float(np.vdot(r, z))
+    goal = tolerance**2 * rho
+    for _ in range(max_steps):
+        if rho <= goal:
+            break
+        q = operator(p)
+        alpha = rho / float(np.vdot(p, q))
+        x += alpha * p
+        r -= alpha * q
+        z = precondition(r)
+        rho, old = float(np.vdot(r, z)), rho
+        p = z + rho / old * p
+    return x
