@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -63,11 +62,11 @@ def wall_points(sample):
     wall=st.floats(1, 15),
     cut=st.floats(-0.5, 0.8),
 )
-@settings(max_examples=15)
+@settings(max_examples=8)
 def test_ideal_volumes_and_areas_are_those_of_ellipsoids(radius, length, wall, cut):
     base = cut * length
     truth = samples.ideal_cup(
-        length / 10, radius=radius, length=length, wall=wall, base_height=base
+        radius / 5, radius=radius, length=length, wall=wall, base_height=base
     ).truth
     inside, outside = (radius, length, base), (radius + wall, length + wall, base)
     annulus = np.pi * (rim_radius(*outside) ** 2 - rim_radius(*inside) ** 2)
@@ -89,10 +88,22 @@ def test_voxel_volume_converges_to_the_truth(make):
     assert error[0] / error[-1] > 4, "at least first order in the spacing"
 
 
-def test_irregular_rim_and_bend_keep_voxel_volume_and_truth_together(loaded):
-    valves = loaded["valves"]
-    assert_allclose(valves.mask.volume, valves.truth.wall_volume, rtol=1e-3)
-    assert valves.truth.wall_volume != loaded["lifelike"].truth.wall_volume
+@pytest.mark.parametrize("name", ["ideal", "lifelike", "valves", "tilted"])
+def test_named_masks_have_the_true_volume(name, loaded):
+    """Also where the base is parallel to the voxel planes: it must fall between two of them."""
+    assert_allclose(loaded[name].mask.volume, loaded[name].truth.wall_volume, rtol=1.5e-3)
+
+
+@pytest.mark.parametrize("name", ["ideal", "lifelike", "tilted"])
+def test_cavity_volume_is_that_of_the_voxels_the_wall_and_the_base_enclose(name, loaded):
+    mask, truth = loaded[name].mask, loaded[name].truth
+    world = mask.to_world(np.argwhere(np.ones_like(mask.voxels)).astype(float))
+    centre, normal = truth.basal_plane
+    above = ((world - centre) @ normal > 0).reshape(mask.voxels.shape)
+    rooms, _ = ndimage.label(~(mask.voxels | above))
+    middle = np.round(mask.to_index(((centre + truth.apex) / 2)[None]))[0].astype(int)
+    cavity = rooms == rooms[tuple(middle)]
+    assert_allclose(cavity.sum() * np.prod(mask.spacing), truth.cavity_volume, rtol=2e-3)
 
 
 @pytest.mark.parametrize("name", ["ideal", "lifelike", "valves"])
@@ -200,7 +211,7 @@ def test_distance_to_rims_base_and_poles_of_the_ideal_cup():
 def test_distance_agrees_with_a_dense_cloud(surface, loaded):
     truth = loaded["valves"].truth
     probe = np.random.default_rng(3).uniform([-45, -45, -80], [45, 45, 40], (800, 3))
-    cloud, weights = truth.surface(400_000, surface)
+    cloud, weights = truth.surface(150_000, surface)
     nearest = KDTree(cloud).query(probe)[0]
     found = truth.distance(probe, surface)
     assert (found <= nearest + 1e-5).all(), "no point of the surface is closer"
@@ -290,6 +301,19 @@ def test_lifelike_wall_tapers_from_base_to_apex(loaded):
     assert thickness.min() > 4
 
 
+@pytest.mark.parametrize("name", ["ideal", "valves"])
+def test_rims_are_where_the_surfaces_meet_the_base(name, loaded):
+    truth = loaded[name].truth
+    for rim, surface in zip(truth.rims, ("endo", "epi"), strict=True):
+        assert rim.shape == (512, 3)
+        assert truth.distance(rim, surface).max() < 1e-6
+        assert truth.distance(rim, "base").max() < 1e-6
+    if name == "ideal":
+        radii = [np.linalg.norm(rim[:, :2], axis=1) for rim in truth.rims]
+        assert_allclose(radii[0], rim_radius(RADIUS, LENGTH, BASE))
+        assert_allclose(radii[1], rim_radius(RADIUS + WALL, LENGTH + WALL, BASE))
+
+
 def test_basal_plane_and_apex_are_where_the_mask_has_them(loaded):
     for name in ("ideal", "lifelike", "tilted"):
         truth = loaded[name].truth
@@ -362,19 +386,18 @@ def test_noise_flips_the_asked_share_of_boundary_voxels_only():
 
 def test_named_samples_are_the_same_at_every_call(loaded):
     assert set(samples.names()) == {"ideal", "lifelike", "papillary", "valves", "noisy", "tilted"}
-    for name, first in loaded.items():
-        again = samples.load(name)
+    for name in ("papillary", "noisy", "tilted"):
+        first, again = loaded[name], samples.load(name)
         assert_array_equal(again.mask.voxels, first.mask.voxels)
         assert_array_equal(again.mask.affine, first.mask.affine)
         assert_array_equal(again.truth.surface(10)[0], first.truth.surface(10)[0])
-        assert first.mask.name == name
-        assert first.description.endswith(".")
+    for name, sample in loaded.items():
+        assert sample.mask.name == name
+        assert sample.description.endswith(".")
 
 
 def test_noise_alone_separates_noisy_from_lifelike(loaded):
-    assert loaded["noisy"].truth == replace(
-        loaded["lifelike"].truth, pose=loaded["noisy"].truth.pose
-    )
+    assert loaded["noisy"].truth.shape == loaded["lifelike"].truth.shape
 
 
 @pytest.mark.parametrize(

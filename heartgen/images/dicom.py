@@ -31,6 +31,7 @@ HEADER_TAGS = [
     "Columns",
     "Modality",
     "NumberOfFrames",
+    "PerFrameFunctionalGroupsSequence",
     "Rows",
     "SegmentSequence",
     "SOPClassUID",
@@ -152,7 +153,14 @@ def _check_pixels(header: Any, file: Path) -> None:
         shape = tuple(int(header[tag].value) for tag in ("Columns", "Rows", "NumberOfFrames"))
         bits = math.prod(shape) * int(header.BitsAllocated)
         packed = header.file_meta.TransferSyntaxUID.is_compressed
+        placed = len(header.get("PerFrameFunctionalGroupsSequence", ()))
     report(file.name, [check_size(shape)])
+    if placed not in (0, shape[2]):
+        refuse(
+            file.name,
+            f"The header contradicts itself, it declares {shape[2]} frames and places {placed}: "
+            "export the segmentation again.",
+        )
     held = file.stat().st_size
     if not packed and bits > BITS * held:
         refuse(
@@ -167,6 +175,8 @@ def _choose(header: Any, label: Label | None, name: str) -> list[int]:
     with _refusal(name):
         names = {int(s.SegmentNumber): str(s.SegmentLabel) for s in header.SegmentSequence}
     names.pop(0, None)  # the background of label maps
+    if not names:
+        refuse(name, "The file holds no segment: export the segmentation again.")
     offered = ", ".join(describe_label(number, names) for number in names)
     if label is None:
         if len(names) == 1:

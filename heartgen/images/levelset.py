@@ -196,14 +196,14 @@ def _distances(nearest, seeds, normals, metric, inside, reach):  # type: ignore[
     return out
 
 
-@nb.njit(cache=True, parallel=True)  # type: ignore[untyped-decorator]
+@nb.njit(cache=True)  # type: ignore[untyped-decorator]
 def _trilinear(values, index):  # type: ignore[no-untyped-def]
     """Trilinear values and index-space gradients at points inside the grid."""
     n = len(index)
     out = np.empty(n)
     slope = np.empty((n, 3))
     nx, ny, nz = values.shape
-    for p in nb.prange(n):
+    for p in range(n):
         i = min(int(index[p, 0]), nx - 2)
         j = min(int(index[p, 1]), ny - 2)
         k = min(int(index[p, 2]), nz - 2)

@@ -1,4 +1,8 @@
-"""A deformation of space: displacements on a regular grid of nodes, trilinear in between."""
+"""A deformation of space: a chain of maps, each given by displacements on a regular grid of nodes.
+
+A trilinear map can be proven free of folds, but it can compress a cell only so far. A chain of such
+maps can compress any amount and, like each of its links, never folds.
+"""
 
 from __future__ import annotations
 
@@ -69,8 +73,8 @@ class NodeGrid:
 
 
 @dataclass(frozen=True)
-class Deformation:
-    """Map from template to patient, x + u(x).
+class GridMap:
+    """One map x + u(x), trilinear on a grid of nodes; the identity's continuation outside.
 
     Attributes
     ----------
@@ -83,26 +87,50 @@ class Deformation:
     displacement: NDArray[np.float64]
 
     def __call__(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Deformed positions of points (m, 3), mm, world (LPS)."""
+        """Moved positions of points (m, 3), mm, world (LPS)."""
         return np.asarray(points + self.grid.interpolation(points) @ self.displacement)
 
-    def on(self, grid: NodeGrid) -> Deformation:
+    def on(self, grid: NodeGrid) -> GridMap:
         """The same displacement, interpolated to another grid."""
-        return Deformation(grid, np.asarray(self.grid.interpolation(grid.nodes()) @ self.displacement))
+        return GridMap(grid, np.asarray(self.grid.interpolation(grid.nodes()) @ self.displacement))
 
     def least_determinant(self) -> float:
-        """Lower bound of det(I + grad u) over the whole grid.
-
-        In a cell the determinant is a polynomial of degree 2 per direction; its least Bernstein
-        coefficient bounds it from below. Positive: the map folds nowhere.
-        """
+        """Lower bound of det(I + grad u); positive: the map folds nowhere."""
         return float(fold_bound(self.grid, self.displacement).min())
 
 
-def fold_bound(
-    grid: NodeGrid, displacement: NDArray[np.float64]
-) -> NDArray[np.float64]:
+@dataclass(frozen=True)
+class Deformation:
+    """Map from template to patient: maps applied one after the other, each free of folds.
+
+    Attributes
+    ----------
+    maps : tuple of GridMap
+        In the order of application.
+    """
+
+    maps: tuple[GridMap, ...] = ()
+
+    def __call__(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Deformed positions of points (m, 3), mm, world (LPS)."""
+        for part in self.maps:
+            points = part(points)
+        return points
+
+    def then(self, part: GridMap) -> Deformation:
+        """This deformation followed by one more map."""
+        return Deformation((*self.maps, part))
+
+    def least_determinant(self) -> float:
+        """Least of the parts' fold bounds; positive: the deformation folds nowhere."""
+        return min((part.least_determinant() for part in self.maps), default=1.0)
+
+
+def fold_bound(grid: NodeGrid, displacement: NDArray[np.float64]) -> NDArray[np.float64]:
     """Lower bound of det(I + grad u) in every cell, (cells,) float64.
+
+    In a cell the determinant is a polynomial of degree 2 per direction; its least Bernstein
+    coefficient bounds it from below.
 
     Parameters
     ----------

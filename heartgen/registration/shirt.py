@@ -11,7 +11,7 @@ integrated over the template's surfaces rather than over voxels.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -21,7 +21,7 @@ from heartgen.errors import RegistrationError
 from heartgen.images.levelset import LevelSet
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.surfaces import sample_faces
-from heartgen.registration.deformation import Deformation, NodeGrid, fold_bound
+from heartgen.registration.deformation import Deformation, GridMap, NodeGrid, fold_bound
 from heartgen.registration.smoothing import Smoothing, conjugate_gradients
 
 NODE_SPACINGS = (10.0, 8.0, 6.0, 4.0, 2.0)
@@ -30,8 +30,8 @@ NODE_SPACINGS = (10.0, 8.0, 6.0, 4.0, 2.0)
 SMOOTHNESS = 0.5
 """Weight of the Laplacian against the data, both normalised by their traces."""
 
-MARGIN = 1.5
-"""Room around the template, in node spacings of the first pass."""
+MARGIN = (1.5, 5.0)
+"""Room around the template: node spacings, plus voxels."""
 
 SAMPLES_PER_NODE = 2.0
 """Surface samples per node spacing."""
@@ -40,18 +40,26 @@ MAX_SAMPLES = 16
 MIN_SAMPLES = 6
 """Surface samples per face and direction."""
 
-MAX_STEPS = 12
-SETTLED = 0.02
+MAX_STEPS = 10
+SETTLED = 0.03
 """Mean update of the surfaces, in voxels, below which a pass ends."""
 
-LEAST_DETERMINANT = 0.1
-"""Least local volume change of a map that is accepted."""
+SAFE = 0.2
+"""Least local volume change of one map that is accepted."""
+
+SHORT_STEP = 0.3
+"""A fold that shortens a step below this share ends a map; the next one continues from there."""
+
+MAX_LINKS = 6
+"""Maps chained in one pass."""
 
 HALVINGS = 6
 """Attempts to shorten a step that folds the map or raises the misfit."""
 
-SOLVER_TOLERANCE = 1e-2
-SOLVER_STEPS = 60
+SOLVER_TOLERANCE = 0.05
+SOLVER_STEPS = 25
+SOLVER_SHIFT = 0.2
+"""Share of the data term that stands for it in the preconditioner: most nodes carry no data."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +80,10 @@ class Samples:
     normals: NDArray[np.float64]
     weights: NDArray[np.float64]
     channels: tuple[tuple[LevelSet, slice], ...]
+
+    def moved(self, deformation: Deformation) -> Samples:
+        """The samples where a deformation takes them."""
+        return replace(self, points=deformation(self.points))
 
     def patient(
         self, points: NDArray[np.float64]
@@ -119,12 +131,21 @@ def register(
     if not 1 <= lod <= len(NODE_SPACINGS):
         raise RegistrationError(f"level of detail {lod} does not exist: choose 1 to 5")
     out: list[Deformation] = []
+    frozen, active = Deformation(), None
     for number, nodes in enumerate(NODE_SPACINGS[:lod]):
-        grid = _grid(template, frame, nodes * voxel, NODE_SPACINGS[0] * voxel)
+        grid = _grid(template, frame, nodes * voxel, voxel)
         samples = _samples(template, images, nodes * voxel, voxel)
-        start = out[-1].on(grid) if out else Deformation(grid, np.zeros((grid.size, 3)))
-        share = (number / lod, 1 / lod)
-        out.append(_pass(samples, start, voxel, lambda done, s=share: progress(s[0] + s[1] * done)))
+        if active is not None and (refined := active.on(grid)).least_determinant() < SAFE:
+            frozen, active = frozen.then(active), None
+        start = GridMap(grid, np.zeros((grid.size, 3))) if active is None else refined
+        for again in range(MAX_LINKS):
+            progress((number + again / MAX_LINKS) / lod)
+            active, stuck = _pass(samples.moved(frozen), start, voxel)
+            if not stuck:
+                break
+            frozen, start = frozen.then(active), GridMap(grid, np.zeros((grid.size, 3)))
+            active = start
+        out.append(frozen.then(active))
         if out[-1].least_determinant() <= 0:
             raise RegistrationError(
                 f"registration pass {number + 1} folded the deformation; try a lower level of detail"
@@ -132,11 +153,12 @@ def register(
     return tuple(out)
 
 
-def _grid(template: HexMesh, frame: NDArray[np.float64], spacing: float, margin: float) -> NodeGrid:
+def _grid(template: HexMesh, frame: NDArray[np.float64], spacing: float, voxel: float) -> NodeGrid:
     """Node grid along the heart's axes around the template, centred on it."""
     axes = frame[:3, :3]
     places = template.control.reshape(-1, 3) @ axes
-    low, high = places.min(0) - MARGIN * margin, places.max(0) + MARGIN * margin
+    margin = MARGIN[0] * spacing + MARGIN[1] * voxel
+    low, high = places.min(0) - margin, places.max(0) + margin
     cells = np.ceil((high - low) / spacing).astype(int)
     low = (low + high - cells * spacing) / 2
     matrix = np.eye(4)
@@ -167,53 +189,49 @@ def _samples(
     )
 
 
-def _pass(
-    samples: Samples, start: Deformation, voxel: float, progress: Callable[[float], None]
-) -> Deformation:
-    """Gauss-Newton steps at one node spacing."""
-    grid = start.grid
+def _pass(samples: Samples, start: GridMap, voxel: float) -> tuple[GridMap, bool]:
+    """Gauss-Newton steps for one map; also whether a fold, not convergence, ended it."""
+    grid, total = start.grid, start.displacement
     smoothing = Smoothing(grid.shape)
     basis = grid.interpolation(samples.points)
     basis_t = sp.csr_array(basis.T)
-    supported = np.diff(basis_t.indptr) > 0
-    total = start.displacement
+    supported = int(np.sum(np.diff(basis_t.indptr) > 0))
     weights = samples.weights
-
-    def misfit(value: NDArray[np.float64], u: NDArray[np.float64], smooth: float) -> float:
-        return float(weights @ value**2) + smooth * smoothing.energy(u)
-
     value, slope = samples.patient(samples.points + basis @ total)
-    for step in range(MAX_STEPS):
-        progress(step / MAX_STEPS)
-        gradient = 0.5 * (slope + samples.normals)
-        diagonal = basis_t.power(2) @ (weights[:, None] * gradient**2)
-        per_node = float(diagonal.sum()) / (3 * int(supported.sum()))
+    for _ in range(MAX_STEPS):
+        diagonal = basis_t.power(2) @ (weights[:, None] * slope**2)
+        per_node = float(diagonal.sum()) / (3 * supported)
         smooth = SMOOTHNESS * per_node / (smoothing.trace / grid.size)
 
-        def normal_matrix(a: NDArray[np.float64], g=gradient, s=smooth) -> NDArray[np.float64]:
+        def normal_matrix(a: NDArray[np.float64], g=slope, s=smooth) -> NDArray[np.float64]:
             along = weights * np.einsum("nx,nx->n", basis @ a, g)
             return np.asarray(basis_t @ (along[:, None] * g)) + s * smoothing.apply(a)
 
-        right = -(basis_t @ ((weights * value)[:, None] * gradient)) - smooth * smoothing.apply(total)
         update = conjugate_gradients(
             normal_matrix,
-            np.asarray(right),
-            lambda r, s=smooth, d=per_node: smoothing.solve(r, s, d),
+            -(basis_t @ ((weights * value)[:, None] * slope)) - smooth * smoothing.apply(total),
+            lambda r, s=smooth, d=per_node: smoothing.solve(r, s, SOLVER_SHIFT * d),
             SOLVER_TOLERANCE,
             SOLVER_STEPS,
         )
-        before = misfit(value, total, smooth)
+        before = float(weights @ value**2) + smooth * smoothing.energy(total)
         length = 1.0
+        folded = False
         for _ in range(HALVINGS):
             trial = total + length * update
-            new_value, new_slope = samples.patient(samples.points + basis @ trial)
-            folds = float(fold_bound(grid, trial).min()) < LEAST_DETERMINANT
-            if not folds and misfit(new_value, trial, smooth) <= before:
+            value, slope = samples.patient(samples.points + basis @ trial)
+            after = float(weights @ value**2) + smooth * smoothing.energy(trial)
+            folds = float(fold_bound(grid, trial).min()) < SAFE
+            folded |= folds
+            if not folds and after <= before:
                 break
             length /= 2
         else:
+            return GridMap(grid, total), folded
+        total = trial
+        moved = length * float(np.mean(np.linalg.norm(basis @ update, axis=1)))
+        if folded and length < SHORT_STEP:
+            return GridMap(grid, total), True
+        if moved < SETTLED * voxel:
             break
-        total, value, slope = trial, new_value, new_slope
-        if float(np.mean(np.linalg.norm(basis @ update, axis=1))) * length < SETTLED * voxel:
-            break
-    return Deformation(grid, total)
+    return GridMap(grid, total), False

@@ -159,8 +159,7 @@ def base_rim(shape: Shape, surface: Ellipsoid) -> CubicSpline[np.float64]:
     """Rim where a surface meets the base: angle about the long axis to distance from it, mm."""
 
     def inside(radius: Array, angle: Array) -> NDArray[np.bool_]:
-        level = _on_base(shape, radius[:, None] * _unit(angle))
-        return depth(surface, straighten(shape, level))[0] > 0
+        return depth(surface, _straight_base(shape, radius[:, None] * _unit(angle)))[0] > 0
 
     return _rim(inside, 2 * surface.radius)
 
@@ -208,9 +207,14 @@ def _base_level(shape: Shape, xy: Array) -> Array:
     )
 
 
-def _on_base(shape: Shape, plane: Array) -> Array:
+def _straight_base(shape: Shape, xy: Array) -> Array:
+    """Points (n, 3), mm, straight frame, of the base over straightened (x, y), (n, 2), mm."""
+    return np.column_stack([xy, _base_level(shape, xy)])
+
+
+def _on_base(shape: Shape, xy: Array) -> Array:
     """Points (n, 3), mm, heart frame, of the base over straightened (x, y), (n, 2), mm."""
-    return _bent(shape, np.column_stack([plane, _base_level(shape, plane)]), 1)
+    return _bent(shape, _straight_base(shape, xy), 1)
 
 
 def _bent(shape: Shape, points: Array, sign: int) -> Array:

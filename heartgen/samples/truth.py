@@ -65,6 +65,12 @@ class Truth:
         centre = self.pose.to_world(np.array([[0.0, 0.0, self.shape.base_height]]))[0]
         return centre, self.pose.rotation @ (upward / np.linalg.norm(upward))
 
+    @property
+    def rims(self) -> tuple[Array, Array]:
+        """Rims of the endocardium and epicardium, each (512, 3) float64, mm, world (LPS)."""
+        inner, outer = self.shape.patches["base"].boundary
+        return self.pose.to_world(inner.tree.data), self.pose.to_world(outer.tree.data)
+
     def area(self, surface: str = "all") -> float:
         """Area of the external surface or a piece of it, mm^2."""
         patches = self.shape.patches

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,16 @@ START_CUT = 0.5
 CUT_LIMITS = (-0.3, 0.9)
 """Bounds of the same: from a shallow bowl to an ellipsoid that is nearly closed."""
 
+TAPER_LIMIT = 0.6
+"""Bound of the taper: the radius stays positive and has one bulge."""
+
 THIN = 0.15
 """Least thickness of wall and apex over the measured wall thickness."""
+
+PRIOR = 0.05
+"""Weight of the start in the fit; it decides between shapes that fit alike."""
+
+MAX_EVALUATIONS = 40
 
 AROUND, ALONG = 24, 12
 """Samples of each surface in the fit."""
@@ -31,8 +39,9 @@ class TruncatedEllipsoid:
     """Endo- and epicardium of a left ventricle as two truncated ellipsoids.
 
     Coordinates are those of the heart's frame: z from apex to base, base at z = 0. A surface point
-    is ``(centre + lean z + section (cos t, sin t) sin p, -axis (cut + cos p))``, where ``p`` runs
-    from 0 at the apex to the angle at which z = 0.
+    is ``(centre + lean z + bend z^2 + section (cos t, sin t) w(p), -axis (cut + cos p))``, where
+    ``p`` runs from 0 at the apex to the angle at which z = 0, and ``w = sin p (1 + taper cos p)``: an exact
+    ellipsoid for taper 0, a more pointed apex below it.
 
     Attributes
     ----------
@@ -48,6 +57,10 @@ class TruncatedEllipsoid:
         Height of the base above the equator over `axis`.
     wall, apex : float
         Thickness of the wall at the equator and at the apex, mm.
+    taper : (float, float)
+        Deviation of endo- and epicardium from an ellipsoid.
+    bend : (2,) float64
+        Curvature of the long axis, 1/mm.
     """
 
     centre: NDArray[np.float64]
@@ -57,12 +70,26 @@ class TruncatedEllipsoid:
     cut: float
     wall: float
     apex: float
+    taper: tuple[float, float] = (0.0, 0.0)
+    bend: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
 
     def semi_axes(self, depth: float) -> tuple[NDArray[np.float64], float, float]:
         """Section (2, 2), semi-axis and base angle at a depth: 0 endocardium, 1 epicardium."""
         axis = self.axis + depth * self.apex
         section = self.section + depth * self.wall * np.eye(2)
         return section, axis, float(np.arccos(-self.cut * self.axis / axis))
+
+    def profile(
+        self, polar: NDArray[np.float64], depth: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Relative radius (n,) at polar angles (n,), and its derivative."""
+        taper = (1 - depth) * self.taper[0] + depth * self.taper[1]
+        value = np.sin(polar) * (1 + taper * np.cos(polar))
+        return value, np.cos(polar) + taper * np.cos(2 * polar)
+
+    def axis_at(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Middle (n, 2) of the sections at heights (n,), mm."""
+        return self.centre + np.outer(z, self.lean) + np.outer(z**2, self.bend)
 
     def points(
         self, angle: NDArray[np.float64], polar: NDArray[np.float64], depth: float
@@ -71,7 +98,7 @@ class TruncatedEllipsoid:
         section, axis, _ = self.semi_axes(depth)
         z = -self.cut * self.axis - axis * np.cos(polar)
         ring = np.stack([np.cos(angle), np.sin(angle)], -1) @ section.T
-        xy = self.centre + np.outer(z, self.lean) + ring * np.sin(polar)[:, None]
+        xy = self.axis_at(z) + ring * self.profile(polar, depth)[0][:, None]
         return np.concatenate([xy, z[:, None]], axis=1)
 
 
@@ -102,6 +129,8 @@ def fit_ellipsoid(anatomy: Anatomy) -> TruncatedEllipsoid:
             cut=float(p[8]),
             wall=anatomy.wall_thickness * p[9],
             apex=anatomy.wall_thickness * p[10],
+            taper=(float(p[11]), float(p[12])),
+            bend=p[13:15] / length,
         )
 
     def misfit(p: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -111,14 +140,17 @@ def fit_ellipsoid(anatomy: Anatomy) -> TruncatedEllipsoid:
             polar = fraction * candidate.semi_axes(depth)[2]
             points = anatomy.to_world(candidate.points(angle, polar, depth))
             # Rows of samples shrink towards the apex: weight by circumference.
-            out.append(anatomy.surfaces[name].sample(points)[0] * np.sqrt(np.sin(polar)))
-        return np.concatenate(out) / r
+            out.append(anatomy.surfaces[name].sample(points)[0] * np.sqrt(np.abs(candidate.profile(polar, depth)[0])))
+        return np.concatenate([*(part / r for part in out), PRIOR * (p - start)])
 
     axis = 1 / (1 + START_CUT)
     apex = max(anatomy.apex_thickness, least) / anatomy.wall_thickness
-    start = np.array([0, 0, 0, 0, 1, 0, 1, axis, START_CUT, 1, apex])
-    low = np.array([-1, -1, -1, -1, 0.3, -1, 0.3, axis / 3, CUT_LIMITS[0], THIN, THIN])
-    high = np.array([1, 1, 1, 1, 3, 1, 3, axis * 3, CUT_LIMITS[1], 4, 4])
+    start = np.array([0, 0, 0, 0, 1, 0, 1, axis, START_CUT, 1, apex, 0, 0, 0, 0])
+    bound = (TAPER_LIMIT, TAPER_LIMIT)
+    low = np.array([-1, -1, -1, -1, 0.3, -1, 0.3, axis / 3, CUT_LIMITS[0], THIN, THIN, *np.negative(bound), -1, -1])
+    high = np.array([1, 1, 1, 1, 3, 1, 3, axis * 3, CUT_LIMITS[1], 4, 4, *bound, 1, 1])
     start = np.clip(start, low + 1e-6, high - 1e-6)
-    fit = least_squares(misfit, start, bounds=(low, high), loss="soft_l1", f_scale=ROBUST)
+    fit = least_squares(
+        misfit, start, bounds=(low, high), loss="soft_l1", f_scale=ROBUST, max_nfev=MAX_EVALUATIONS
+    )
     return shape(fit.x)

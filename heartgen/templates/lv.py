@@ -75,14 +75,17 @@ def _surface(
     zero = np.zeros(around)
     polar, speed = spacing.value[depth], spacing.slope[depth]
     pole = shape.points(zero[:1], zero[:1], depth)
-    tangents = np.concatenate([section.T * speed[0], np.zeros((2, 1))], axis=1)
+    _, opening = shape.profile(polar[:1], depth)
+    tangents = np.concatenate([section.T * opening * speed[0], np.zeros((2, 1))], axis=1)
     rows = [pole, tangents]
     for p, v in zip(polar[1:], speed[1:], strict=True):
         dz = np.full(around, axis * np.sin(p) * v)
+        (width,), (widening,) = shape.profile(np.array([p]), depth)
         value = shape.points(angle, np.full(around, p), depth)
-        d_around = np.c_[turn * np.sin(p), zero]
-        d_along = np.c_[ring * np.cos(p) * v + np.outer(dz, shape.lean), dz]
-        d_both = np.c_[turn * np.cos(p) * v, zero]
+        sideways = shape.lean + 2 * value[0, 2] * shape.bend
+        d_around = np.c_[turn * width, zero]
+        d_along = np.c_[ring * widening * v + np.outer(dz, sideways), dz]
+        d_both = np.c_[turn * widening * v, zero]
         rows.append(np.stack([value, d_around, d_along, d_both], 1).reshape(-1, 3))
     return np.concatenate(rows)
 

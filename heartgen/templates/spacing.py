@@ -106,8 +106,9 @@ def _meridian(
         section, axis, _ = shape.semi_axes(surface)
         r = np.sqrt(np.linalg.det(section))
         p, v = polar[surface], speed[surface]
-        place.append(np.stack([r * np.sin(p), -axis * np.cos(p)], -1))
-        tangent.append(np.stack([r * np.cos(p) * v, axis * np.sin(p) * v], -1))
+        width, widening = shape.profile(p, surface)
+        place.append(np.stack([r * width, -axis * np.cos(p)], -1))
+        tangent.append(np.stack([r * widening * v, axis * np.sin(p) * v], -1))
     depths, stretch = depth((np.arange(radial)[:, None] + t).ravel() / radial, spacing.grading)
     depths = depths.reshape(radial, 1, -1, 1, 1)
     stretch = stretch.reshape(radial, 1, -1, 1)

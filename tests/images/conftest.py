@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 RAS_FROM_LPS = np.diag([-1.0, -1.0, 1.0, 1.0])
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def cup() -> NDArray[np.uint8]:
     """A cup, closed below and open above, with background on every side."""
     i, j, k = np.mgrid[:24, :22, :20] - np.array([12.0, 11.0, 11.0])[:, None, None, None]
     r = np.sqrt(i**2 + j**2 + k**2)
-    return ((r <= 8) & (r > 5) & (k < 3)).astype(np.uint8)
+    voxels = ((r <= 8) & (r > 5) & (k < 3)).astype(np.uint8)
+    voxels.setflags(write=False)  # all tests share it
+    return voxels
 
 
 @pytest.fixture
