@@ -17,6 +17,16 @@ from heartgen.images.files import refuse
 MAX_HEADER = 1024**2
 """Longest text header, bytes; those of segmentations of a hundred parts have some 100 kB."""
 
+MAX_FIELD = 512
+"""Longest line of a text header. Teem, which SimpleITK reads NRRD with, overruns its buffers on
+lines of some 700 characters (seen with SimpleITK 2.5.7); real ones are below 400."""
+
+MAX_NAME = 250
+"""Longest name of a MetaImage; MetaIO overruns its buffer on one of 300 (SimpleITK 2.5.7)."""
+
+FREE_TEXT = ("comment",)
+"""Fields of any length."""
+
 CHUNK = 1024**2
 """Bytes unpacked at a time."""
 
@@ -108,7 +118,7 @@ def nrrd_header(path: Path) -> Declared:
     """Read what the header of a .nrrd or .nhdr file declares; `InputError` if it is damaged."""
     head = _head(path)
     blank = re.search(rb"\r?\n\r?\n", head)
-    fields = _fields(head[: blank.start()] if blank else head, rb":(?!=)")
+    fields = _fields(head[: blank.start()] if blank else head, b":", path.name)
     detached = fields.get("data file", fields.get("datafile"))
     if detached is None and blank is None:
         refuse(path.name, "The header has no end: the file is truncated, copy or export it again.")
@@ -132,7 +142,7 @@ def meta_header(path: Path) -> Declared:
     last = re.search(rb"^[ \t]*ElementDataFile[ \t]*[=:].*\n?", head, re.MULTILINE)
     if last is None:
         refuse(path.name, "The header does not say where its data are: export the mask again.")
-    fields = _fields(head[: last.end()], rb"[=:]")
+    fields = _fields(head[: last.end()], b"[=:]", path.name)
     shape = _whole_numbers(fields.get("dimsize", ""), "DimSize", path.name)
     if _whole_numbers(fields.get("ndims", ""), "NDims", path.name) != (len(shape),):
         refuse(path.name, "The header is damaged, NDims and DimSize disagree: export it again.")
@@ -156,14 +166,21 @@ def _head(path: Path) -> bytes:
         return file.read(MAX_HEADER)
 
 
-def _fields(text: bytes, separator: bytes) -> dict[str, str]:
-    """Fields of a text header, one a line; names in lower case."""
-    pairs = (re.split(separator, line, maxsplit=1) for line in text.splitlines())
-    return {
-        pair[0].decode("latin-1").strip().lower(): pair[1].decode("utf-8", "replace").strip()
-        for pair in pairs
-        if len(pair) > 1 and not pair[0].startswith(b"#")
-    }
+def _fields(text: bytes, separator: bytes, name: str) -> dict[str, str]:
+    """Fields of a text header, one a line; their names in lower case."""
+    fields: dict[str, str] = {}
+    for line in text.splitlines():
+        if line.startswith(b"#") or b":=" in line:  # NRRD's comments and free text
+            continue
+        key, *rest = re.split(separator, line, maxsplit=1)
+        key = key.decode("latin-1").strip().lower()
+        if len(line) > (MAX_NAME if key == "name" else MAX_FIELD) and key not in FREE_TEXT:
+            refuse(name, f"The header is damaged, a line of it is too long ({line[:20]!r} ...).")
+        if rest and key in fields:
+            refuse(name, f"The header is damaged, it has two lines {key[:20]!r}: export it again.")
+        if rest:
+            fields[key] = rest[0].decode("utf-8", "replace").strip()
+    return fields
 
 
 def _whole_numbers(text: str, what: str, name: str) -> tuple[int, ...]:

@@ -56,19 +56,25 @@ def read_nifti(path: Path) -> Volume:
         If the file is damaged, is no three-dimensional image of real numbers, or its two
         transforms differ in more than position.
     """
+    from nibabel.spatialimages import HeaderDataError
+
     header = _header(path)
     shape, dtype = _layout(header, path.name)
     report(path.name, [check_size(shape)])
     report(path.name, [check_dimensions(shape), check_data_type(dtype)])
-    affine, findings = _placement(header, shape, path.name)
+    # Hostile numbers overflow; the checks of the affine and for infinity report what comes of it.
+    with np.errstate(all="ignore"):
+        affine, findings = _placement(header, shape, path.name)
     file = _voxel_file(path)
     declared = Declared(
         shape, dtype.itemsize, file, packed=_is_packed(file), skip=_offset(header, path)
     )
     check_file_size(declared, path.name)
-    # Hostile scaling factors overflow; the check for infinity reports what comes of it.
-    with np.errstate(all="ignore"), _open(file) as stream:
-        values = header.data_from_fileobj(stream)
+    try:
+        with np.errstate(all="ignore"), _open(file) as stream:
+            values = header.data_from_fileobj(stream)
+    except (HeaderDataError, EOFError, OSError, ValueError, zlib.error) as error:
+        refuse(path.name, f"The voxels cannot be read ({error}): export the mask again.")
     return Volume(values.reshape(shape[:3]), affine, findings=findings)
 
 

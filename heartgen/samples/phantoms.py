@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 Inside = Callable[[Shape, Array], NDArray[np.bool_]]
 
 EXTENT_SAMPLES = 5000
-"""Surface samples that, with the rims, span the heart to within 0.2 mm; the margin does the rest."""
+"""Surface samples that, with the rims, span the heart to 0.2 mm; the margin does the rest."""
 
 # Sizes of a normal adult left ventricle at end diastole (Lang et al. 2015, JASE 28:1-39): internal
 # diameter 42-58 mm, wall 6-10 mm; about 80-90 mm from base to apex in long-axis views.
@@ -207,7 +207,7 @@ def lifelike_lv(
         "an irregular rim": valves,
         "voxel noise": noise > 0,
     }
-    plus = ", ".join(name for name, present in extras.items() if present)
+    plus = " and ".join(name for name, present in extras.items() if present)
     text = "Oval, bent left ventricle with a tapering wall and a tilted base"
     return Sample(mask, truth, f"{text}, with {plus}." if plus else f"{text}.")
 

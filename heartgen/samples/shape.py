@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -91,13 +91,13 @@ class Shape:
         return {
             "endo": _wall_patch(self, self.endo),
             "epi": _wall_patch(self, self.epi),
-            "base": Patch(lambda plane: _on_base(self, plane), outer, inner),
+            "base": Patch(partial(_on_base, self), outer, inner),
         }
 
     @cached_property
     def cavity_volume(self) -> float:
         """Volume between the endocardium and the base, mm^3."""
-        lid = Patch(lambda plane: _on_base(self, plane), base_rim(self, self.endo))
+        lid = Patch(partial(_on_base, self), base_rim(self, self.endo))
         return lid.column_volume - self.patches["endo"].column_volume
 
     @cached_property
@@ -170,10 +170,7 @@ def _wall_patch(shape: Shape, surface: Ellipsoid) -> Patch:
     def under(polar: Array, angle: Array) -> NDArray[np.bool_]:
         return below_base(shape, wall_point(surface, polar[:, None] * _unit(angle)))
 
-    return Patch(
-        lambda plane: _bent(shape, wall_point(surface, plane), 1),
-        _rim(under, np.pi),
-    )
+    return Patch(partial(_on_wall, shape, surface), _rim(under, np.pi))
 
 
 def _rim(
@@ -205,6 +202,11 @@ def _base_level(shape: Shape, xy: Array) -> Array:
         + xy @ np.asarray(shape.base_slope)
         + waves * square / (square + WAVE_CORE**2)
     )
+
+
+def _on_wall(shape: Shape, surface: Ellipsoid, plane: Array) -> Array:
+    """Points (n, 3), mm, heart frame, of a surface of the wall at plane coordinates (n, 2)."""
+    return _bent(shape, wall_point(surface, plane), 1)
 
 
 def _straight_base(shape: Shape, xy: Array) -> Array:

@@ -1,0 +1,226 @@
+"""How good is the mesh: fitting error, element quality, validity (paper, sections 3.2 and 3.5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from skimage.measure import marching_cubes
+
+from heartgen.images.levelset import LevelSet
+from heartgen.mesh.closest import closest_points
+from heartgen.mesh.hexmesh import HexMesh
+from heartgen.mesh.jacobian import determinants, jacobian_ratio, scaled_jacobian, volume
+from heartgen.mesh.quadrature import gauss_cube
+from heartgen.mesh.surfaces import sample_faces
+from heartgen.mesh.validity import certify
+
+QUALITY_THRESHOLD = 0.33
+"""Least mean Jacobian ratio of a successful mesh (paper, section 3.2)."""
+
+REVERSE_SAMPLES = 8
+"""Samples per face and direction for the distance from mesh to mask."""
+
+OVERLAP_GAUSS = (10, 10, 8)
+"""Points per element for the overlap with the mask."""
+
+
+@dataclass(frozen=True)
+class Isosurface:
+    """Triangulated surface of the mask, the reference for the fitting error.
+
+    Attributes
+    ----------
+    points : (n, 3) float64
+        Vertices, mm, world (LPS).
+    triangles : (t, 3) int
+    weights : (n,) float64
+        Area that each vertex stands for, mm^2.
+    normals : (n, 3) float64
+        Unit normals.
+    """
+
+    points: NDArray[np.float64]
+    triangles: NDArray[np.intp]
+    weights: NDArray[np.float64]
+    normals: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Distances between mesh and mask, mm.
+
+    Attributes
+    ----------
+    mean, p95, max : float
+        From the mask's isosurface to the mesh's external surface, area-weighted (equation 3.2).
+    reverse_mean, reverse_p95 : float
+        From the mesh's external surface to the isosurface.
+    symmetric_mean : float
+        Mean of both directions.
+    by_surface : dict of str to float
+        Mean error of the isosurface's points nearest to each named surface.
+    dice : float
+        Overlap of mesh and mask.
+    """
+
+    mean: float
+    p95: float
+    max: float
+    reverse_mean: float
+    reverse_p95: float
+    symmetric_mean: float
+    by_surface: dict[str, float]
+    dice: float
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Quality of the elements.
+
+    Attributes
+    ----------
+    mean, min : float
+        Jacobian ratio (equation 3.1) at 4 x 4 x 4 Gauss points.
+    below_threshold : float
+        Share of elements below 0.33.
+    apical_row : float
+        Mean Jacobian ratio of the elements at the apex.
+    scaled_mean, scaled_min : float
+        Scaled Jacobian: low where elements are sheared.
+    valid : bool
+        det J is proven positive everywhere but on the pole itself.
+    invalid_elements : int
+        Elements for which it is not.
+    """
+
+    mean: float
+    min: float
+    below_threshold: float
+    apical_row: float
+    scaled_mean: float
+    scaled_min: float
+    valid: bool
+    invalid_elements: int
+
+
+def assess_quality(mesh: HexMesh) -> Quality:
+    """Measure the quality and prove the validity of a mesh.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+
+    Returns
+    -------
+    Quality
+    """
+    ratio = jacobian_ratio(mesh)
+    scaled = scaled_jacobian(mesh)
+    certificate = certify(mesh)
+    return Quality(
+        mean=float(ratio.mean()),
+        min=float(ratio.min()),
+        below_threshold=float(np.mean(ratio < QUALITY_THRESHOLD)),
+        apical_row=float(ratio[mesh.topology.index[:, 2] == 0].mean()),
+        scaled_mean=float(scaled.mean()),
+        scaled_min=float(scaled.min()),
+        valid=certificate.all_valid,
+        invalid_elements=int(np.sum(~certificate.valid)),
+    )
+
+
+def assess_accuracy(mesh: HexMesh, myocardium: LevelSet, wall_volume: float) -> Accuracy:
+    """Measure the distances between a mesh and the mask it was fitted to.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+    myocardium : LevelSet
+        Level function of the wall, zero on its surface.
+    wall_volume : float
+        Volume of the mask, mm^3.
+
+    Returns
+    -------
+    Accuracy
+    """
+    target = isosurface(myocardium)
+    faces = mesh.topology.external
+    nearest = closest_points(mesh, faces, target.points)
+    names = np.repeat(list(mesh.topology.surfaces), [len(f) for f in mesh.topology.surfaces.values()])
+    hit = names[nearest.face]
+    points, _, area = sample_faces(mesh, faces, REVERSE_SAMPLES)
+    back = _distance_to(target, points)
+    mean = _mean(nearest.distance, target.weights)
+    reverse = _mean(back, area)
+    return Accuracy(
+        mean=mean,
+        p95=_percentile(nearest.distance, target.weights, 95),
+        max=float(nearest.distance.max()),
+        reverse_mean=reverse,
+        reverse_p95=_percentile(back, area, 95),
+        symmetric_mean=(mean + reverse) / 2,
+        by_surface={
+            name: _mean(nearest.distance[hit == name], target.weights[hit == name])
+            for name in mesh.topology.surfaces
+            if np.any(hit == name)
+        },
+        dice=_dice(mesh, myocardium, wall_volume),
+    )
+
+
+def isosurface(myocardium: LevelSet) -> Isosurface:
+    """Triangulated zero level of a level function, in the world.
+
+    Parameters
+    ----------
+    myocardium : LevelSet
+        Negative inside.
+
+    Returns
+    -------
+    Isosurface
+    """
+    vertices, triangles, _, _ = marching_cubes(myocardium.values, 0.0)
+    affine = myocardium.affine
+    points = vertices.astype(float) @ affine[:3, :3].T + affine[:3, 3]
+    corners = points[triangles]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    weights = np.bincount(triangles.ravel(), np.repeat(area / 6, 3), len(points))
+    _, slope = myocardium.sample(points)
+    normals = slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-12)
+    return Isosurface(points, triangles.astype(np.intp), weights, normals)
+
+
+def _distance_to(target: Isosurface, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distance to the isosurface: to the tangent plane of the nearest vertex where that is close."""
+    far, nearest = cKDTree(target.points).query(points, workers=-1)
+    reach = np.sqrt(np.median(target.weights))
+    offset = points - target.points[nearest]
+    along = np.abs(np.einsum("nx,nx->n", offset, target.normals[nearest]))
+    aside = np.sqrt(np.maximum(far**2 - along**2, 0))
+    return np.asarray(np.where(aside < reach, along, far))
+
+
+def _dice(mesh: HexMesh, myocardium: LevelSet, wall_volume: float) -> float:
+    """Overlap by quadrature over the mesh: no mesh is rasterised."""
+    xi, weights = gauss_cube(OVERLAP_GAUSS)
+    parts = np.abs(determinants(mesh, xi)) * weights
+    value, _ = myocardium.sample(mesh.evaluate(xi).reshape(-1, 3))
+    common = float(parts.ravel() @ (value < 0))
+    return 2 * common / (abs(volume(mesh)) + wall_volume)
+
+
+def _mean(values: NDArray[np.float64], weights: NDArray[np.float64]) -> float:
+    """Weighted mean."""
+    return float(np.average(values, weights=weights))
+
+
+def _percentile(values: NDArray[np.float64], weights: NDArray[np.float64], q: float) -> float:
+    """Weighted percentile."""
+    order = np.argsort(values)
+    total = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(total, q / 100 * total[-1])])

@@ -1,0 +1,112 @@
+"""The report of one personalisation: plain data that a table, a page or a file can show."""
+
+from __future__ import annotations
+
+import json
+import platform
+from dataclasses import asdict, dataclass, field
+from importlib.metadata import version
+from typing import Any
+
+from heartgen.assessment import QUALITY_THRESHOLD, Accuracy, Quality
+from heartgen.images.mask import Finding
+
+PACKAGES = ("heartgen", "numpy", "scipy", "numba", "SimpleITK")
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """Sizes found by the shape analysis, mm and ml.
+
+    Attributes
+    ----------
+    length, radius, wall_thickness, apex_thickness : float
+        mm.
+    truncation : float or None
+        Distance below the basal plane at which the base was cut, mm.
+    pool_volume, wall_volume, mesh_volume : float
+        Blood pool and wall of the mask, and volume of the mesh, ml.
+    """
+
+    length: float
+    radius: float
+    wall_thickness: float
+    apex_thickness: float
+    truncation: float | None
+    pool_volume: float
+    wall_volume: float
+    mesh_volume: float
+
+
+@dataclass(frozen=True)
+class Report:
+    """What was done and how good it is.
+
+    Attributes
+    ----------
+    name : str
+        The mask's name.
+    options : dict
+        Options of the run.
+    accuracy : Accuracy
+    quality : Quality
+    unenhanced_quality : float
+        Mean Jacobian ratio before the enhancement step.
+    measurements : Measurements
+    voxel_diagonal : float
+        mm; the paper's limit for the mean error.
+    fold_bound : float
+        Proven lower bound of det(I + grad u) of each link of the deformation.
+    findings : tuple of Finding
+        What reading and shape analysis saw.
+    seconds : dict of str to float
+        Time of each step.
+    versions : dict of str to str
+        Of heartgen, Python and the libraries that shape the result.
+    """
+
+    name: str
+    options: dict[str, Any]
+    accuracy: Accuracy
+    quality: Quality
+    unenhanced_quality: float
+    measurements: Measurements
+    voxel_diagonal: float
+    fold_bound: float
+    findings: tuple[Finding, ...]
+    seconds: dict[str, float]
+    versions: dict[str, str] = field(default_factory=lambda: _versions())
+
+    @property
+    def success(self) -> bool:
+        """The paper's rule (section 3.5): error below the voxel diagonal and quality above 0.33."""
+        return self.accuracy.mean < self.voxel_diagonal and self.quality.mean > QUALITY_THRESHOLD
+
+    def to_dict(self) -> dict[str, Any]:
+        """Nested dictionary of plain values."""
+        return {**asdict(self), "success": self.success}
+
+    def to_json(self) -> str:
+        """JSON text."""
+        return json.dumps(self.to_dict(), indent=1, sort_keys=False, allow_nan=False)
+
+    def __str__(self) -> str:
+        a, q = self.accuracy, self.quality
+        verdict = "success" if self.success and q.valid else "NOT a success"
+        lines = [
+            f"{self.name}: {verdict}",
+            f"  error    mean {a.mean:.3f}  95 % {a.p95:.3f}  max {a.max:.3f} mm"
+            f"  (voxel diagonal {self.voxel_diagonal:.2f} mm)",
+            f"  quality  mean {q.mean:.3f}  min {q.min:.3f}  scaled Jacobian {q.scaled_mean:.3f}"
+            f"  (threshold {QUALITY_THRESHOLD})",
+            "  validity " + ("proven everywhere" if q.valid else f"{q.invalid_elements} elements fold"),
+            f"  time     {sum(self.seconds.values()):.1f} s",
+        ]
+        return "\n".join(lines + [f"  note     {f.message}" for f in self.findings])
+
+    __repr__ = __str__
+
+
+def _versions() -> dict[str, str]:
+    """Versions that determine the result."""
+    return {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
