@@ -20,6 +20,12 @@ MARGIN = 6
 MIN_WALL_VOXELS = 50
 """Fewer voxels below the base are no ventricle."""
 
+LEAST_WALL = 1.0
+"""Voxels; where the mask's wall is thinner (pin-holes, scars), the mesh's wall is this thick."""
+
+WALL_ONSET = 5.0
+"""Depth below the base, in least wall thicknesses, from which that holds in full."""
+
 MID_WALL = (0.25, 0.75)
 """Heights over the length between which the wall thickness is measured."""
 
@@ -117,9 +123,10 @@ def analyse(mask: Mask, truncate: float | str = "auto") -> Anatomy:
     length = -float(base.plane.height(pool_points).min())
     wall, apex = _thickness(wall_points, pool, solid, base.plane, length)
     cut = base.plane if base.truncation is not None else None
+    endo, thickened = _with_wall(pool, solid, base.plane, LEAST_WALL * voxel)
     return Anatomy(
         frame=frame,
-        surfaces={"lv_endo": _cut(pool, cut), "epi": _cut(solid, cut)},
+        surfaces={"lv_endo": _cut(endo, cut), "epi": _cut(solid, cut)},
         myocardium=_cut(_indicator(mask), cut, scale=1 / voxel),
         base=base,
         voxel=voxel,
@@ -129,7 +136,7 @@ def analyse(mask: Mask, truncate: float | str = "auto") -> Anatomy:
         apex_thickness=apex,
         pool_volume=len(pool_points) * voxel**3,
         wall_volume=len(wall_points) * voxel**3,
-        findings=_findings(cavity, base, voxel),
+        findings=_findings(cavity, base, voxel, thickened),
     )
 
 
@@ -182,17 +189,27 @@ def _cut(level: LevelSet, plane: Plane | None, scale: float = 1.0) -> LevelSet:
     """The part of a shape below a plane."""
     if plane is None:
         return level
-    a, t = level.affine[:3, :3], level.affine[:3, 3]
+    height = _heights(level, plane)
+    return LevelSet(np.maximum(level.values, np.float32(scale) * height), level.affine)
+
+
+def _with_wall(
+    pool: LevelSet, solid: LevelSet, plane: Plane, least: float
+) -> tuple[LevelSet, bool]:
+    """Pool kept at a least distance from the outside (not at the base); whether that changed it."""
+    depth = -_heights(pool, plane) / np.float32(WALL_ONSET * least)
+    inner = solid.values + np.float32(least) * np.clip(depth, 0, 1)
+    thin = (pool.values < 0) & (inner > 0) & (depth > 1)
+    return LevelSet(np.maximum(pool.values, inner), pool.affine), bool(thin.any())
+
+
+def _heights(level: LevelSet, plane: Plane) -> NDArray[np.float32]:
+    """Height of every grid point over a plane, (nx, ny, nz) float32, mm."""
     i, j, k = (np.arange(n) for n in level.values.shape)
-    gradient = plane.normal @ a
-    height = (
-        (gradient[0] * i)[:, None, None]
-        + (gradient[1] * j)[None, :, None]
-        + (gradient[2] * k)[None, None, :]
-        + plane.normal @ (t - plane.origin)
-    )
-    values = np.maximum(level.values, (scale * height).astype(np.float32))
-    return LevelSet(values, level.affine)
+    slope = plane.normal @ level.affine[:3, :3]
+    offset = plane.normal @ (level.affine[:3, 3] - plane.origin)
+    height = (slope[0] * i)[:, None, None] + (slope[1] * j)[:, None] + slope[2] * k + offset
+    return np.asarray(height, dtype=np.float32)
 
 
 def _indicator(mask: Mask) -> LevelSet:
@@ -200,7 +217,9 @@ def _indicator(mask: Mask) -> LevelSet:
     return LevelSet((0.5 - smooth_indicator(mask.voxels)).astype(np.float32), mask.affine)
 
 
-def _findings(cavity: Cavity, base: Base, voxel: float) -> tuple[Finding, ...]:
+def _findings(
+    cavity: Cavity, base: Base, voxel: float, thickened: bool
+) -> tuple[Finding, ...]:
     """What the analysis did that the user should know."""
     found = []
     if cavity.leaks:
@@ -209,6 +228,14 @@ def _findings(cavity: Cavity, base: Base, voxel: float) -> tuple[Finding, ...]:
                 "leaks",
                 f"the wall has {cavity.leaks} pin-hole(s) besides the opening at the base: they "
                 "were closed",
+            )
+        )
+    if thickened:
+        found.append(
+            Finding(
+                "thin wall",
+                "the wall is thinner than a voxel in places: the mesh is given "
+                f"{LEAST_WALL * voxel:.2g} mm there",
             )
         )
     if cavity.muscle_voxels:

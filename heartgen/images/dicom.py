@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 
@@ -39,6 +39,19 @@ HEADER_TAGS = [
 """What is read of a file before its voxels."""
 
 
+@dataclass(frozen=True)
+class _Header:
+    """What a DICOM file says before its voxels."""
+
+    is_segmentation: bool
+    modality: str
+    shape: tuple[int, ...] = ()  # columns, rows, frames
+    bits: int = 0  # of a voxel
+    packed: bool = False
+    placed: int = 0  # frames with a position of their own
+    segments: Mapping[int, str] = field(default_factory=dict)
+
+
 def read_segmentation(path: Path, label: Label | None) -> Volume:
     """Read one or several segments of a DICOM segmentation.
 
@@ -63,14 +76,14 @@ def read_segmentation(path: Path, label: Label | None) -> Volume:
     highdicom = _highdicom(path.name)
     file = _find(path) if path.is_dir() else path
     header = _header(file)
-    if not _is_segmentation(header):
+    if not header.is_segmentation:
         refuse(
             file.name,
-            f"This DICOM file is no segmentation (SEG), its modality is {_modality(header)}: "
+            f"This DICOM file is no segmentation (SEG), its modality is {header.modality}: "
             "give the SEG file, or export the mask as NIfTI, NRRD or MHA.",
         )
     _check_pixels(header, file)
-    segments = _choose(header, label, file.name)
+    segments = _choose(header.segments, label, file.name)
     with _refusal(file.name):
         seg = highdicom.seg.segread(file)
         geometry = seg.get_volume_geometry(allow_missing_positions=True)
@@ -106,13 +119,13 @@ def _find(folder: Path) -> Path:
     headers = {p: _header(p) for p in sorted(folder.iterdir()) if p.is_file() and is_dicom(p)}
     if not headers:
         refuse(str(folder), "There is no DICOM file in this folder: give the file of the mask.")
-    found = [p for p, header in headers.items() if _is_segmentation(header)]
+    found = [p for p, header in headers.items() if header.is_segmentation]
     if len(found) == 1:
         return found[0]
     if found:
         names = ", ".join(p.name for p in found)
         refuse(str(folder), f"There are several segmentations in this folder, give one: {names}.")
-    kinds = ", ".join(sorted({_modality(header) for header in headers.values()}))
+    kinds = ", ".join(sorted({header.modality for header in headers.values()}))
     refuse(
         str(folder),
         f"There is no segmentation (SEG) among the DICOM files of this folder, only {kinds}: "
@@ -120,61 +133,55 @@ def _find(folder: Path) -> Path:
     )
 
 
-def _header(file: Path) -> Any:
-    """What a DICOM file says before its voxels."""
+def _header(file: Path) -> _Header:
+    """Read a DICOM file as far as its voxels."""
     from pydicom import dcmread
     from pydicom.filereader import read_file_meta_info
 
     with _refusal(file.name):
-        meta = read_file_meta_info(file)
-        header = (
-            None
-            if meta.get("TransferSyntaxUID") == DEFLATED
-            else dcmread(file, stop_before_pixels=True, specific_tags=HEADER_TAGS)
-        )
-    if header is None:
+        deflated = read_file_meta_info(file).get("TransferSyntaxUID") == DEFLATED
+    if deflated:
         refuse(file.name, "This DICOM file is deflated: export it without that compression.")
-    return header
-
-
-def _is_segmentation(header: Any) -> bool:
-    """Whether a file holds a segmentation."""
-    return str(header.get("SOPClassUID")) in SEGMENTATIONS
-
-
-def _modality(header: Any) -> str:
-    """Kind of a DICOM file, as in MR or CT."""
-    return str(header.get("Modality") or "unknown")
-
-
-def _check_pixels(header: Any, file: Path) -> None:
-    """Compare the declared number of pixels with the limit and with the size of the file."""
     with _refusal(file.name):
-        shape = tuple(int(header[tag].value) for tag in ("Columns", "Rows", "NumberOfFrames"))
-        bits = math.prod(shape) * int(header.BitsAllocated)
-        packed = header.file_meta.TransferSyntaxUID.is_compressed
-        placed = len(header.get("PerFrameFunctionalGroupsSequence", ()))
-    report(file.name, [check_size(shape)])
-    if placed not in (0, shape[2]):
+        read = dcmread(file, stop_before_pixels=True, specific_tags=HEADER_TAGS)
+        modality = str(read.get("Modality") or "unknown")
+        if str(read.get("SOPClassUID")) not in SEGMENTATIONS:
+            return _Header(is_segmentation=False, modality=modality)
+        names = {int(s.SegmentNumber): str(s.SegmentLabel) for s in read.SegmentSequence or ()}
+        names.pop(0, None)  # the background of label maps
+        return _Header(
+            is_segmentation=True,
+            modality=modality,
+            shape=(int(read.Columns), int(read.Rows), int(read.NumberOfFrames)),
+            bits=int(read.BitsAllocated),
+            packed=read.file_meta.TransferSyntaxUID.is_compressed,
+            placed=len(read.get("PerFrameFunctionalGroupsSequence") or ()),
+            segments=names,
+        )
+
+
+def _check_pixels(header: _Header, file: Path) -> None:
+    """Compare the declared number of voxels with the limit and with the size of the file."""
+    report(file.name, [check_size(header.shape)])
+    frames = header.shape[2]
+    if header.placed not in (0, frames):
         refuse(
             file.name,
-            f"The header contradicts itself, it declares {shape[2]} frames and places {placed}: "
-            "export the segmentation again.",
+            f"The header contradicts itself, it declares {frames} frames and places "
+            f"{header.placed}: export the segmentation again.",
         )
+    needed = math.prod(header.shape) * header.bits // BITS
     held = file.stat().st_size
-    if not packed and bits > BITS * held:
+    if not header.packed and needed > held:
         refuse(
             file.name,
-            f"The file is truncated, its header declares {bits // BITS:,} bytes of voxels and it "
-            f"has {held:,} in all: copy or export it again.",
+            f"The file is truncated, its header declares {needed:,} bytes of voxels and it has "
+            f"{held:,} in all: copy or export it again.",
         )
 
 
-def _choose(header: Any, label: Label | None, name: str) -> list[int]:
+def _choose(names: Mapping[int, str], label: Label | None, name: str) -> list[int]:
     """Numbers of the segments to read."""
-    with _refusal(name):
-        names = {int(s.SegmentNumber): str(s.SegmentLabel) for s in header.SegmentSequence}
-    names.pop(0, None)  # the background of label maps
     if not names:
         refuse(name, "The file holds no segment: export the segmentation again.")
     offered = ", ".join(describe_label(number, names) for number in names)

@@ -113,8 +113,8 @@ def identify(path: Path) -> str:
 
 
 def refuse(name: str, sentence: str) -> NoReturn:
-    """Stop reading, with one sentence."""
-    raise InputError(f"{name}: {sentence}")
+    """Stop reading, with one sentence; what libraries say in it may come on several lines."""
+    raise InputError(f"{name}: {' '.join(sentence.split())}")
 
 
 def _signature(head: bytes) -> str | None:

@@ -61,18 +61,17 @@ def myocardium(
 
 def find_labels(label: Label, names: Mapping[int, str]) -> tuple[list[int], list[str]]:
     """Numbers of the labels asked for, and what was asked for that has none."""
-    asked = [label] if isinstance(label, int | str) else list(label)
+    asked = [label] if isinstance(label, str) or np.ndim(label) == 0 else list(label)
     by_name = {name.strip().lower(): number for number, name in names.items()}
     numbers, unknown = [], []
     for one in asked:
         number = by_name.get(str(one).strip().lower())
         if number is None:
-            try:
-                number = int(one)
-            except ValueError:
-                unknown.append(repr(one))
-                continue
-        numbers.append(number)
+            number = _whole(one)
+        if number is None:
+            unknown.append(repr(one))
+        else:
+            numbers.append(number)
     return numbers, unknown
 
 
@@ -80,6 +79,15 @@ def describe_label(number: float, names: Mapping[int, str]) -> str:
     """A label value and, in quotes, its name if it has one."""
     name = names.get(int(number)) if float(number).is_integer() else None
     return f"{number:g}" if name is None else f"{number:g} {name!r}"
+
+
+def _whole(one: int | str) -> int | None:
+    """A label that is, or spells, a whole number."""
+    try:
+        number = float(one)
+    except (TypeError, ValueError):
+        return None
+    return int(number) if number.is_integer() else None
 
 
 def _not_binary(values: NDArray[Any], names: Mapping[int, str]) -> Finding:

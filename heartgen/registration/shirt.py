@@ -27,8 +27,10 @@ from heartgen.registration.smoothing import Smoothing, conjugate_gradients
 NODE_SPACINGS = (10.0, 8.0, 6.0, 4.0, 2.0)
 """Node spacing of each pass, voxels; level of detail k runs the first k (paper, section 2.2)."""
 
-SMOOTHNESS = 0.5
-"""Weight of the Laplacian against the data, both normalised by their traces."""
+SMOOTHNESS = (2.0, 3.0, 4.0, 8.0, 32.0)
+"""Weight of the Laplacian against the data in each pass, both normalised by their traces. The
+smallest detail it lets through is about spacing * weight^(1/4): 12, 10.5, 8.5, 6.7 and 4.8 voxels.
+With one weight for all passes the fine ones would follow the voxels' stairs."""
 
 MARGIN = (1.5, 5.0)
 """Room around the template: node spacings, plus voxels."""
@@ -140,7 +142,7 @@ def register(
         start = GridMap(grid, np.zeros((grid.size, 3))) if active is None else refined
         for again in range(MAX_LINKS):
             progress((number + again / MAX_LINKS) / lod)
-            active, stuck = _pass(samples.moved(frozen), start, voxel)
+            active, stuck = _pass(samples.moved(frozen), start, voxel, SMOOTHNESS[number])
             if not stuck:
                 break
             frozen, start = frozen.then(active), GridMap(grid, np.zeros((grid.size, 3)))
@@ -189,7 +191,9 @@ def _samples(
     )
 
 
-def _pass(samples: Samples, start: GridMap, voxel: float) -> tuple[GridMap, bool]:
+def _pass(
+    samples: Samples, start: GridMap, voxel: float, smoothness: float
+) -> tuple[GridMap, bool]:
     """Gauss-Newton steps for one map; also whether a fold, not convergence, ended it."""
     grid, total = start.grid, start.displacement
     smoothing = Smoothing(grid.shape)
@@ -201,7 +205,7 @@ def _pass(samples: Samples, start: GridMap, voxel: float) -> tuple[GridMap, bool
     for _ in range(MAX_STEPS):
         diagonal = basis_t.power(2) @ (weights[:, None] * slope**2)
         per_node = float(diagonal.sum()) / (3 * supported)
-        smooth = SMOOTHNESS * per_node / (smoothing.trace / grid.size)
+        smooth = smoothness * per_node / (smoothing.trace / grid.size)
 
         def normal_matrix(a: NDArray[np.float64], g=slope, s=smooth) -> NDArray[np.float64]:
             along = weights * np.einsum("nx,nx->n", basis @ a, g)

@@ -500,6 +500,10 @@ def test_strange_paths(path):
         (7, "no label 7 in the image, which holds 1 .*, 2"),
         ([1, 8], "no label 8 "),
         ("septum", "no label 'septum' "),
+        (1.5, "no label 1.5 "),
+        (None, "not binary"),
+        ([], "empty"),
+        ([[1, 2]], r"no label \[1, 2\] "),
     ],
 )
 def test_labels_that_are_not_there(label, words, cup):

@@ -117,6 +117,13 @@ def test_labels_by_number_by_name_and_united(cup, save, tmp_path):
         read_mask(tmp_path / "slicer.seg.nrrd")
 
 
+@pytest.mark.parametrize("label", [2, "2", 2.0, np.int64(2), np.array([2]), (2, 2), {2}])
+def test_a_label_may_be_written_in_many_ways(label, cup):
+    labels = cup.copy()
+    labels[:12] *= 2
+    assert mask_from_array(labels, np.eye(4), label=label).voxels.sum() == (labels == 2).sum()
+
+
 def test_ras_affines_are_turned(cup, oblique):
     ras = np.diag([-1.0, -1.0, 1.0, 1.0]) @ oblique
     np.testing.assert_allclose(mask_from_array(cup, ras, frame="RAS").affine, oblique)

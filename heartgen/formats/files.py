@@ -1,0 +1,69 @@
+"""Files that appear whole or not at all, whatever happens while they are written."""
+
+from __future__ import annotations
+
+import os
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from heartgen.errors import HeartgenError
+
+
+def write_text(text: str, path: str | Path) -> None:
+    """Write a text file in one step.
+
+    Parameters
+    ----------
+    text : str
+        Written as UTF-8 with Unix line ends.
+    path : path
+        Its folder is created if absent. A file of that name is replaced.
+
+    Raises
+    ------
+    HeartgenError
+        If the file cannot be written; an earlier one is then untouched.
+    """
+    with replacing(path) as temporary:
+        temporary.write_bytes(text.encode())
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[Path]:
+    """Lend a temporary file of the same folder and ending; it becomes the file on success.
+
+    Parameters
+    ----------
+    path : path
+        Its folder is created if absent. A file of that name is replaced when the block ends; if
+        the block fails or is interrupted, it is untouched and the temporary file is removed.
+
+    Yields
+    ------
+    Path
+        Where to write.
+
+    Raises
+    ------
+    HeartgenError
+        If the file cannot be written.
+    """
+    target = Path(os.path.realpath(path))  # a link stays a link to the new file
+    temporary = target.with_name(f".{uuid.uuid4().hex}{target.suffix}")
+    try:
+        if target.exists() and not target.is_file():
+            raise HeartgenError(f"{path}: This is not a file: choose another name.")
+        target.parent.mkdir(parents=True, exist_ok=True)
+        yield temporary
+        with temporary.open("rb+") as file:
+            os.fsync(file.fileno())
+        temporary.replace(target)
+    except OSError as error:
+        raise HeartgenError(
+            f"{path}: The file cannot be written ({error.strerror or error}): choose a folder with "
+            "free space in which you may write."
+        ) from error
+    finally:
+        temporary.unlink(missing_ok=True)

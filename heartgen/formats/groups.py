@@ -1,0 +1,121 @@
+"""Named parts of a mesh, each with all that belongs to it: elements, faces, lines and nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heartgen.errors import MeshError
+from heartgen.formats.skeleton import COLLAPSED, Skeleton, face_corners
+from heartgen.mesh.hexmesh import Topology
+
+SURFACES = {
+    "lv_endo": "endocardium of left ventricle",
+    "rv_endo": "endocardium of right ventricle",
+    "epi": "epicardium",
+    "base": "base of heart",
+}
+"""What the field calls our surfaces: heart terms of scaffoldmaker, which has none for the base."""
+
+WALL = "left ventricle myocardium"
+APEX = "apex of heart"
+
+FACES = 6
+"""Faces of an element."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """Numbers, counted from 0, of the members of a part; ascending.
+
+    Attributes
+    ----------
+    elements, faces, lines, nodes : (n,) int
+    """
+
+    elements: NDArray[np.intp]
+    faces: NDArray[np.intp]
+    lines: NDArray[np.intp]
+    nodes: NDArray[np.intp]
+
+
+def named_groups(
+    topology: Topology, parts: Skeleton, extra: Mapping[str, NDArray[np.intp]] | None = None
+) -> dict[str, Group]:
+    """Groups of a mesh under the names the field gives them.
+
+    Parameters
+    ----------
+    topology : Topology
+    parts : Skeleton
+        Of that topology.
+    extra : mapping of str to (n,) or (n, 2) int, optional
+        More groups: elements, or faces as (element, face).
+
+    Returns
+    -------
+    dict of str to Group
+        Every named surface of the mesh, the node of the pole on the epicardium, all of a left
+        ventricle as its myocardium, and the extra ones, which take precedence.
+
+    Raises
+    ------
+    MeshError
+        If an extra group names what the mesh does not have.
+    """
+    members = {SURFACES.get(name, name): faces for name, faces in topology.surfaces.items()}
+    if "rv_endo" not in topology.surfaces:
+        members[WALL] = np.arange(topology.n_elements)
+    groups = {name: _group(of, topology, parts) for name, of in members.items()}
+    if "epi" in topology.surfaces and len(topology.collapsed):
+        on_epi, at_pole = (_nodes(f, topology) for f in (topology.surfaces["epi"], topology.collapsed))
+        none = np.zeros(0, dtype=np.intp)
+        groups[APEX] = Group(none, none, none, np.intersect1d(on_epi, at_pole))
+    for name, of in (extra or {}).items():
+        _check(name, of, topology)
+        groups[name] = _group(of, topology, parts)
+    return groups
+
+
+def _check(name: str, members: NDArray[np.intp], topology: Topology) -> None:
+    """Refuse a group that the mesh cannot have."""
+    of = np.asarray(members)
+    shaped = of.ndim == 1 or (of.ndim == 2 and of.shape[1] == 2)
+    if not shaped or of.dtype.kind not in "iu":
+        raise MeshError(
+            f"group {name!r}: {of.dtype} of shape {of.shape} names no part of a mesh: "
+            "give element numbers (n,), or faces (n, 2) as (element, face)"
+        )
+    limit = topology.n_elements if of.ndim == 1 else np.array([topology.n_elements, FACES])
+    if np.any(of < 0) or np.any(of >= limit):
+        raise MeshError(
+            f"group {name!r} goes beyond the {topology.n_elements} elements of the mesh: "
+            f"count elements from 0 to {topology.n_elements - 1}, faces from 0 to {FACES - 1}"
+        )
+
+
+def _group(members: NDArray[np.intp], topology: Topology, parts: Skeleton) -> Group:
+    """Elements (n,) or faces (n, 2), and all that bounds them."""
+    if members.ndim == 1:
+        elements = np.unique(members)
+        faces = parts.faces[elements]
+        nodes = topology.nodes[elements]
+    else:
+        elements = np.zeros(0, dtype=np.intp)
+        faces = parts.faces[members[:, 0], members[:, 1]]
+        nodes = _nodes(members, topology)
+    faces = _existing(faces)
+    return Group(elements, faces, _existing(parts.lines[faces]), np.unique(nodes))
+
+
+def _existing(numbers: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Distinct numbers, without those that have collapsed."""
+    return np.unique(numbers[numbers != COLLAPSED])
+
+
+def _nodes(faces: NDArray[np.intp], topology: Topology) -> NDArray[np.intp]:
+    """Corner nodes of faces (n, 2)."""
+    return np.unique(topology.nodes[faces[:, :1], face_corners()[faces[:, 1]]])

@@ -1,0 +1,84 @@
+"""Nodal parameters of tricubic Hermite elements: value and seven derivatives, with versions.
+
+An element's 64 Bernstein coefficients are eight parameters at each of its eight corners: value,
+d/ds1, d/ds2, d2/ds1ds2, d/ds3, d2/ds1ds3, d2/ds2ds3, d3/ds1ds2ds3, where s is xi. Corners that meet
+at a node share a parameter if it is the same combination of degrees of freedom in both; where it is
+not, as at the pole, the node has several versions of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from heartgen.formats.sharing import coincident, probe
+from heartgen.mesh.bernstein import BERNSTEIN_TO_HERMITE
+from heartgen.mesh.hexmesh import HexMesh, Topology
+
+CORNERS = 8
+PARAMETERS = 8
+
+ROUNDING = 1e-13
+"""Weight of a degree of freedom in a parameter below which it is rounding of zero."""
+
+
+@dataclass(frozen=True)
+class NodalParameters:
+    """Parameters of all nodes, and which of them each element corner takes.
+
+    Attributes
+    ----------
+    values : (m, 3) float64
+        Parameters, mm, world (LPS), ordered by node, derivative and version.
+    counts : (n, 8) int
+        Versions of each derivative at each node.
+    version : (e, 8, 8) int
+        Version, counted from 0, of each derivative at each element corner, xi1 fastest.
+    """
+
+    values: NDArray[np.float64]
+    counts: NDArray[np.intp]
+    version: NDArray[np.intp]
+
+
+def nodal_parameters(mesh: HexMesh) -> NodalParameters:
+    """Nodal parameters of a mesh, exact, with as few versions as there can be.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+
+    Returns
+    -------
+    NodalParameters
+        A parameter that no degree of freedom moves, such as d/ds1 at the pole, is exactly zero.
+    """
+    topology = mesh.topology
+    rows = _corner_rows(topology)
+    slot = (PARAMETERS * topology.nodes[..., None] + np.arange(PARAMETERS)).ravel()
+    # The slot is a coordinate of its own: only parameters of one kind at one node may coincide.
+    number, first = coincident(np.column_stack([rows @ probe(topology).dofs, slot]))
+    order = np.argsort(slot[first], kind="stable")
+    counts = np.bincount(slot[first], minlength=PARAMETERS * (int(topology.nodes.max()) + 1))
+    version = np.empty(len(first), dtype=np.intp)
+    version[order] = np.arange(len(first)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return NodalParameters(
+        values=np.asarray(rows @ mesh.dofs)[first[order]],
+        counts=counts.reshape(-1, PARAMETERS),
+        version=version[number].reshape(-1, CORNERS, PARAMETERS),
+    )
+
+
+def _corner_rows(topology: Topology) -> sp.csr_array:
+    """(64 e, n): weights of the degrees of freedom in each (element, corner, derivative)."""
+    end_by_derivative = BERNSTEIN_TO_HERMITE.reshape(2, 2, -1)
+    one = np.kron(np.kron(end_by_derivative, end_by_derivative), end_by_derivative)
+    one = one.reshape(CORNERS * PARAMETERS, -1)
+    rows = sp.kron(sp.eye_array(topology.n_elements), sp.csr_array(one)) @ topology.extraction
+    rows.data[np.abs(rows.data) < ROUNDING] = 0
+    rows.eliminate_zeros()
+    return sp.csr_array(rows)
+
