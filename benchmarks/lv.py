@@ -41,7 +41,9 @@ FALL = 1.02
 
 def main() -> None:
     """Run the benchmark."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
     parser.add_argument("folder", type=Path)
     parser.add_argument("--elements", default="1x12x6")
     parser.add_argument("--lod", type=int, default=5)
@@ -49,13 +51,20 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=os.cpu_count())
     parser.add_argument("-o", "--out", type=Path, default=Path("benchmarks/results/lv"))
     a = parser.parse_args()
-    cases = sorted(p for p in a.folder.iterdir() if p.name.endswith((".nii.gz", ".nii", ".nrrd", ".mha")))
+    cases = sorted(
+        p for p in a.folder.iterdir() if p.name.endswith((".nii.gz", ".nii", ".nrrd", ".mha"))
+    )
     jobs = [(str(p), a.elements, a.lod, str(a.score) if a.score else None) for p in cases]
     rows: list[dict[str, Any]] = []
     with multiprocessing.get_context("spawn").Pool(a.processes) as pool:
         for found in pool.imap_unordered(fit, jobs):
             rows.extend(found)
-            print(f"\r{len({r['case'] for r in rows})}/{len(jobs)}", end="", file=sys.stderr, flush=True)
+            print(
+                f"\r{len({r['case'] for r in rows})}/{len(jobs)}",
+                end="",
+                file=sys.stderr,
+                flush=True,
+            )
     rows.sort(key=lambda r: (r["case"], r["lod"]))
     a.out.parent.mkdir(parents=True, exist_ok=True)
     with open(f"{a.out}.csv", "w", newline="") as f:
@@ -145,7 +154,9 @@ def summary(rows: list[dict[str, Any]], cases: int, lod: int) -> str:
     longest = max((r["error"] for r in first), default=1.0)
     for r in first:
         bar = "#" * round(40 * r["error"] / longest)
-        lines.append(f"  {r['case']:<22} {r['error']:.3f} max {r['max']:.2f} Q {r['quality']:.3f} {bar}")
+        lines.append(
+            f"  {r['case']:<22} {r['error']:.3f} max {r['max']:.2f} Q {r['quality']:.3f} {bar}"
+        )
     lines += [f"  FAILED {r['case']}: {r['failure']}" for r in failed]
     return "\n".join(lines)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
-from skimage.measure import marching_cubes
+from skimage import measure
 
 from heartgen.images.levelset import LevelSet
 from heartgen.mesh.closest import closest_points
@@ -150,7 +150,9 @@ def assess_accuracy(mesh: HexMesh, myocardium: LevelSet, wall_volume: float) -> 
     target = isosurface(myocardium)
     faces = mesh.topology.external
     nearest = closest_points(mesh, faces, target.points)
-    names = np.repeat(list(mesh.topology.surfaces), [len(f) for f in mesh.topology.surfaces.values()])
+    names = np.repeat(
+        list(mesh.topology.surfaces), [len(f) for f in mesh.topology.surfaces.values()]
+    )
     hit = names[nearest.face]
     points, _, area = sample_faces(mesh, faces, REVERSE_SAMPLES)
     back = _distance_to(target, points)
@@ -184,19 +186,22 @@ def isosurface(myocardium: LevelSet) -> Isosurface:
     -------
     Isosurface
     """
-    vertices, triangles, _, _ = marching_cubes(myocardium.values, 0.0)
+    surface = measure.marching_cubes(myocardium.values, 0.0)  # type: ignore[no-untyped-call]
+    vertices, triangles = surface[:2]
     affine = myocardium.affine
     points = vertices.astype(float) @ affine[:3, :3].T + affine[:3, 3]
     corners = points[triangles]
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    weights = np.bincount(triangles.ravel(), np.repeat(area / 6, 3), len(points))
+    area = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    weights = np.bincount(triangles.ravel(), np.repeat(area / 6, 3), len(points)).astype(float)
     _, slope = myocardium.sample(points)
     normals = slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-12)
     return Isosurface(points, triangles.astype(np.intp), weights, normals)
 
 
 def _distance_to(target: Isosurface, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Distance to the isosurface: to the tangent plane of the nearest vertex where that is close."""
+    """Distance to the isosurface: to the nearest vertex's tangent plane where that is close."""
     far, nearest = cKDTree(target.points).query(points, workers=-1)
     reach = np.sqrt(np.median(target.weights))
     offset = points - target.points[nearest]

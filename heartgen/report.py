@@ -99,7 +99,8 @@ class Report:
             f"  (voxel diagonal {self.voxel_diagonal:.2f} mm)",
             f"  quality  mean {q.mean:.3f}  min {q.min:.3f}  scaled Jacobian {q.scaled_mean:.3f}"
             f"  (threshold {QUALITY_THRESHOLD})",
-            "  validity " + ("proven everywhere" if q.valid else f"{q.invalid_elements} elements fold"),
+            "  validity "
+            + ("proven everywhere" if q.valid else f"{q.invalid_elements} elements fold"),
             f"  time     {sum(self.seconds.values()):.1f} s",
         ]
         return "\n".join(lines + [f"  note     {f.message}" for f in self.findings])

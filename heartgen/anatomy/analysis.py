@@ -217,9 +217,7 @@ def _indicator(mask: Mask) -> LevelSet:
     return LevelSet((0.5 - smooth_indicator(mask.voxels)).astype(np.float32), mask.affine)
 
 
-def _findings(
-    cavity: Cavity, base: Base, voxel: float, thickened: bool
-) -> tuple[Finding, ...]:
+def _findings(cavity: Cavity, base: Base, voxel: float, thickened: bool) -> tuple[Finding, ...]:
     """What the analysis did that the user should know."""
     found = []
     if cavity.leaks:

@@ -109,15 +109,12 @@ def find_base(
     """
     plane = _fit_plane(opening, pool.mean(0), voxel)
     length = -float(plane.height(pool).min())
-    heights, centres = _rim(wall, plane)
+    centres = _rim(wall, plane)
     rim_plane = _fit_plane(centres, pool.mean(0), voxel)
     residual = rim_plane.height(centres)
     irregularity = float(np.ptp(np.percentile(residual, [5, 95])))
     valves = irregularity > max(IRREGULAR_VOXELS * voxel, IRREGULAR * length)
-    if valves:
-        plane = rim_plane
-    else:
-        plane = _refine(plane, opening, solid, voxel)
+    plane = rim_plane if valves else _refine(plane, opening, solid, voxel)
     if truncate == "off" or (truncate == "auto" and not valves):
         return Base(plane, None, irregularity)
     lowest = -float(np.percentile(plane.height(centres), LOW_RIM))
@@ -132,9 +129,7 @@ def find_base(
     return Base(plane.shifted(-distance), distance, irregularity)
 
 
-def _fit_plane(
-    points: NDArray[np.float64], below: NDArray[np.float64], voxel: float
-) -> Plane:
+def _fit_plane(points: NDArray[np.float64], below: NDArray[np.float64], voxel: float) -> Plane:
     """Trimmed least-squares plane, normal away from the point `below`."""
     if len(points) < 3:
         raise AnatomyError(
@@ -153,10 +148,8 @@ def _fit_plane(
     return Plane(origin, normal)
 
 
-def _rim(
-    wall: NDArray[np.float64], plane: Plane
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Height of the wall's top in each sector around the opening, and the voxels found there."""
+def _rim(wall: NDArray[np.float64], plane: Plane) -> NDArray[np.float64]:
+    """Topmost voxel of the wall in each sector around the opening, (s, 3)."""
     u = np.linalg.svd(plane.normal[None])[2][1:]
     offset = wall - plane.origin
     height = offset @ plane.normal
@@ -165,12 +158,10 @@ def _rim(
     order = np.lexsort((height, sector))
     last = np.flatnonzero(np.diff(sector[order], append=-1) != 0)
     top = order[last]
-    return height[top], wall[top]
+    return np.asarray(wall[top])
 
 
-def _refine(
-    plane: Plane, opening: NDArray[np.float64], solid: LevelSet, voxel: float
-) -> Plane:
+def _refine(plane: Plane, opening: NDArray[np.float64], solid: LevelSet, voxel: float) -> Plane:
     """Plane through the sub-voxel surface over the opening instead of through voxel centres."""
     below = plane.origin - plane.normal
     points = opening

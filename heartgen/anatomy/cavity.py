@@ -125,7 +125,7 @@ def _grow(
 
 
 def _faces(
-    labels: NDArray[np.int32], outside: NDArray[np.bool_], which: NDArray[np.intp]
+    labels: NDArray[np.integer], outside: NDArray[np.bool_], which: NDArray[np.intp]
 ) -> NDArray[np.float64]:
     """Number of voxel faces that each labelled region shares with `outside`."""
     count = np.zeros(labels.shape, dtype=np.int16)
@@ -141,7 +141,7 @@ def _muscles(
     spacing: NDArray[np.float64],
     inner_radius: float,
 ) -> NDArray[np.bool_]:
-    """What a ball of the muscles' size cannot enter from outside the pool: a closing of the pool."""
+    """What a ball of the muscles' size cannot enter from outside: a closing of the pool."""
     radius = MUSCLE_RADIUS * inner_radius
     distance = inner_distance(~pool, spacing)
     closed = inner_distance(distance <= radius, spacing) > radius
@@ -153,9 +153,7 @@ def _muscles(
     return np.asarray(np.concatenate([[False], thick])[parts])
 
 
-def _without_channels(
-    pool: NDArray[np.bool_], spacing: NDArray[np.float64]
-) -> NDArray[np.bool_]:
+def _without_channels(pool: NDArray[np.bool_], spacing: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Pool without channels too narrow to be blood: opening by a small ball, largest part."""
     radius = CHANNEL_RADIUS * float(np.min(spacing))
     core = inner_distance(pool, spacing) > radius
@@ -167,10 +165,8 @@ def _without_channels(
     return np.asarray(pool & (inner_distance(~core, spacing) <= reach))
 
 
-def _openings(
-    pool: NDArray[np.bool_], hull: NDArray[np.bool_]
-) -> tuple[NDArray[np.intp], int]:
-    """Voxels of the pool next to the outside of the hull: the largest patch, and how many others."""
+def _openings(pool: NDArray[np.bool_], hull: NDArray[np.bool_]) -> tuple[NDArray[np.intp], int]:
+    """Largest patch of the pool's voxels next to the hull's outside, and how many others."""
     lid = pool & ndi.binary_dilation(~hull)
     parts, count = ndi.label(lid, structure=_CONNECTED)
     if count == 0:

@@ -39,7 +39,9 @@ def convex_hull(voxels: NDArray[np.bool_]) -> NDArray[np.bool_]:
     try:
         hull = ConvexHull(ends)
     except QhullError as error:
-        raise AnatomyError("the mask is flat: a ventricle needs a three-dimensional mask") from error
+        raise AnatomyError(
+            "the mask is flat: a ventricle needs a three-dimensional mask"
+        ) from error
     planes = np.unique(np.round(hull.equations, 9), axis=0)
     normal, offset = planes[:, :3], planes[:, 3]
     up, down = normal[:, 2] > TOLERANCE, normal[:, 2] < -TOLERANCE
@@ -53,6 +55,6 @@ def convex_hull(voxels: NDArray[np.bool_]) -> NDArray[np.bool_]:
         top = (-value[:, up] / normal[up, 2]).min(1)
         bottom = (-value[:, down] / normal[down, 2]).max(1)
         inside = (levels <= top[:, None] + TOLERANCE) & (levels >= bottom[:, None] - TOLERANCE)
-        inside &= (value[:, side] <= TOLERANCE).all(1)[:, None]
+        inside &= np.asarray((value[:, side] <= TOLERANCE).all(1))[:, None]
         out[part[:, 0], part[:, 1]] = inside
     return out

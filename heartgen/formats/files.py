@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import uuid
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from heartgen.errors import HeartgenError
@@ -66,4 +66,5 @@ def replacing(path: str | Path) -> Iterator[Path]:
             "free space in which you may write."
         ) from error
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):  # it has become the file, or never was
+            temporary.unlink()

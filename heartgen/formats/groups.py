@@ -23,6 +23,9 @@ SURFACES = {
 WALL = "left ventricle myocardium"
 APEX = "apex of heart"
 
+TAKEN = ("coordinates",)
+"""Names of fields, which a group in the same file may not have."""
+
 FACES = 6
 """Faces of an element."""
 
@@ -64,14 +67,16 @@ def named_groups(
     Raises
     ------
     MeshError
-        If an extra group names what the mesh does not have.
+        If an extra group names what the mesh does not have, or its name cannot be written.
     """
     members = {SURFACES.get(name, name): faces for name, faces in topology.surfaces.items()}
     if "rv_endo" not in topology.surfaces:
         members[WALL] = np.arange(topology.n_elements)
     groups = {name: _group(of, topology, parts) for name, of in members.items()}
     if "epi" in topology.surfaces and len(topology.collapsed):
-        on_epi, at_pole = (_nodes(f, topology) for f in (topology.surfaces["epi"], topology.collapsed))
+        on_epi, at_pole = (
+            _nodes(f, topology) for f in (topology.surfaces["epi"], topology.collapsed)
+        )
         none = np.zeros(0, dtype=np.intp)
         groups[APEX] = Group(none, none, none, np.intersect1d(on_epi, at_pole))
     for name, of in (extra or {}).items():
@@ -81,7 +86,12 @@ def named_groups(
 
 
 def _check(name: str, members: NDArray[np.intp], topology: Topology) -> None:
-    """Refuse a group that the mesh cannot have."""
+    """Refuse a group that the mesh cannot have, or a name that a file cannot hold."""
+    if not name or name != name.strip() or not name.isprintable() or name in TAKEN:
+        raise MeshError(
+            f"group {name!r}: a file cannot hold this name: use printable characters without "
+            f"spaces at either end, and not {' or '.join(TAKEN)}"
+        )
     of = np.asarray(members)
     shaped = of.ndim == 1 or (of.ndim == 2 and of.shape[1] == 2)
     if not shaped or of.dtype.kind not in "iu":

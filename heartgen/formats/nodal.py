@@ -81,4 +81,3 @@ def _corner_rows(topology: Topology) -> sp.csr_array:
     rows.data[np.abs(rows.data) < ROUNDING] = 0
     rows.eliminate_zeros()
     return sp.csr_array(rows)
-

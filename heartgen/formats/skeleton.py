@@ -1,4 +1,4 @@
-"""Faces and lines of a mesh as entities of their own, each shared by the elements that meet there."""
+"""Faces and lines of a mesh, each one entity that the elements around it share."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def skeleton(topology: Topology) -> Skeleton:
 
 def face_corners() -> NDArray[np.intp]:
     """Which of an element's 8 corners a face has, (6, 4) int, first tangent fastest."""
-    return _unit_faces() @ [1, 2, 4]
+    return np.asarray(_unit_faces() @ np.array([1, 2, 4]))
 
 
 def _unit_faces() -> NDArray[np.intp]:

@@ -9,9 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def inner_distance(
-    voxels: NDArray[np.bool_], spacing: NDArray[np.float64]
-) -> NDArray[np.float32]:
+def inner_distance(voxels: NDArray[np.bool_], spacing: NDArray[np.float64]) -> NDArray[np.float32]:
     """Distance from every voxel of a shape to the nearest voxel outside it.
 
     Parameters

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -61,7 +61,7 @@ def myocardium(
 
 def find_labels(label: Label, names: Mapping[int, str]) -> tuple[list[int], list[str]]:
     """Numbers of the labels asked for, and what was asked for that has none."""
-    asked = [label] if isinstance(label, str) or np.ndim(label) == 0 else list(label)
+    asked = list(label) if isinstance(label, Iterable) and not isinstance(label, str) else [label]
     by_name = {name.strip().lower(): number for number, name in names.items()}
     numbers, unknown = [], []
     for one in asked:

@@ -99,7 +99,7 @@ def smooth_indicator(inside: NDArray[np.bool_]) -> NDArray[np.float64]:
 def _crossings(
     smooth: NDArray[np.float64], affine: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-    """Surface points on grid edges (index units), world normals, and the nearest one's row per voxel."""
+    """Surface points on grid edges (index), world normals, and each voxel's nearest one."""
     level = smooth - INSIDE
     points = []
     for axis in range(3):
@@ -112,7 +112,7 @@ def _crossings(
         points.append(np.insert(place[:, 1:], axis, place[:, 0], axis=1))
     seeds = np.concatenate(points)
     slope = np.stack(
-        [ndi.map_coordinates(g, seeds.T, order=1) for g in np.gradient(smooth)], axis=-1
+        [ndi.map_coordinates(np.asarray(g), seeds.T, order=1) for g in np.gradient(smooth)], axis=-1
     )
     normals = -slope @ np.linalg.inv(affine[:3, :3])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -121,7 +121,7 @@ def _crossings(
     return seeds, normals, owner
 
 
-@nb.njit(cache=True)  # type: ignore[untyped-decorator]
+@nb.njit(cache=True)
 def _squared(seed, i, j, k, metric):  # type: ignore[no-untyped-def]
     """Squared distance in mm between a surface point and a voxel centre."""
     a, b, c = seed[0] - i, seed[1] - j, seed[2] - k
@@ -131,20 +131,26 @@ def _squared(seed, i, j, k, metric):  # type: ignore[no-untyped-def]
     return out
 
 
-@nb.njit(cache=True)  # type: ignore[untyped-decorator]
+@nb.njit(cache=True)
 def _claim(owner, seeds, metric):  # type: ignore[no-untyped-def]
     """Give every voxel at an end of a crossed edge the nearest of its surface points."""
     for s in range(len(seeds)):
-        i0, j0, k0 = int(np.floor(seeds[s, 0])), int(np.floor(seeds[s, 1])), int(np.floor(seeds[s, 2]))
+        i0, j0, k0 = (
+            int(np.floor(seeds[s, 0])),
+            int(np.floor(seeds[s, 1])),
+            int(np.floor(seeds[s, 2])),
+        )
         i1, j1, k1 = int(np.ceil(seeds[s, 0])), int(np.ceil(seeds[s, 1])), int(np.ceil(seeds[s, 2]))
         for end in range(2):
             i, j, k = (i0, j0, k0) if end == 0 else (i1, j1, k1)
             old = owner[i, j, k]
-            if old < 0 or _squared(seeds[s], i, j, k, metric) < _squared(seeds[old], i, j, k, metric):
+            if old < 0 or _squared(seeds[s], i, j, k, metric) < _squared(
+                seeds[old], i, j, k, metric
+            ):
                 owner[i, j, k] = s
 
 
-@nb.njit(cache=True)  # type: ignore[untyped-decorator]
+@nb.njit(cache=True)
 def _sweep(owner, seeds, metric):  # type: ignore[no-untyped-def]
     """Propagate nearest surface points by eight directional sweeps (vector distance transform)."""
     nx, ny, nz = owner.shape
@@ -174,7 +180,7 @@ def _sweep(owner, seeds, metric):  # type: ignore[no-untyped-def]
     return owner
 
 
-@nb.njit(cache=True, parallel=True)  # type: ignore[untyped-decorator]
+@nb.njit(cache=True, parallel=True)
 def _distances(nearest, seeds, normals, metric, inside, reach):  # type: ignore[no-untyped-def]
     """Signed distance per voxel; near its surface point the tangent plane counts."""
     out = np.empty(nearest.shape, dtype=np.float32)
@@ -196,7 +202,7 @@ def _distances(nearest, seeds, normals, metric, inside, reach):  # type: ignore[
     return out
 
 
-@nb.njit(cache=True)  # type: ignore[untyped-decorator]
+@nb.njit(cache=True)
 def _trilinear(values, index):  # type: ignore[no-untyped-def]
     """Trilinear values and index-space gradients at points inside the grid."""
     n = len(index)

@@ -40,7 +40,9 @@ def bernstein(t: NDArray[np.float64], degree: int = DEGREE) -> NDArray[np.float6
     (n, degree + 1) float64
     """
     t = np.asarray(t, dtype=float)
-    return np.stack([comb(degree, i) * t**i * (1 - t) ** (degree - i) for i in range(degree + 1)], -1)
+    return np.stack(
+        [comb(degree, i) * t**i * (1 - t) ** (degree - i) for i in range(degree + 1)], -1
+    )
 
 
 def bernstein_derivative(
@@ -88,7 +90,7 @@ def tabulate(
         Function ``i + 4 j + 16 k`` in column order.
     """
     f1, f2, f3 = (bernstein_derivative(xi[:, d], derivative[d]) for d in range(3))
-    return np.einsum("qk,qj,qi->qkji", f3, f2, f1).reshape(len(xi), ORDER**3)
+    return np.asarray(np.einsum("qk,qj,qi->qkji", f3, f2, f1).reshape(len(xi), ORDER**3))
 
 
 def lattice(n: int = ORDER) -> NDArray[np.float64]:

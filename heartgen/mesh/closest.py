@@ -74,12 +74,14 @@ def closest_points(
     out_face = np.empty(len(queries), dtype=np.int64)
     out_uv = np.empty((len(queries), 2))
     out_points = np.empty((len(queries), 3))
-    _search(control, np.ascontiguousarray(queries), face, starts[start], out_face, out_uv, out_points)
+    _search(
+        control, np.ascontiguousarray(queries), face, starts[start], out_face, out_uv, out_points
+    )
     distance = np.linalg.norm(queries - out_points, axis=1)
     return ClosestPoints(distance, out_points, out_face, out_uv)
 
 
-@nb.njit(cache=True)  # type: ignore[untyped-decorator]
+@nb.njit(cache=True)
 def _cubic(t, values, slopes, curves):  # type: ignore[no-untyped-def]
     """Cubic Bernstein values, first and second derivatives at t."""
     s = 1.0 - t
@@ -89,7 +91,7 @@ def _cubic(t, values, slopes, curves):  # type: ignore[no-untyped-def]
     curves[0], curves[1], curves[2], curves[3] = 6 * s, 6 * t - 12 * s, 6 * s - 12 * t, 6 * t
 
 
-@nb.njit(cache=True, parallel=True)  # type: ignore[untyped-decorator]
+@nb.njit(cache=True, parallel=True)
 def _search(control, queries, face, start, out_face, out_uv, out_points):  # type: ignore[no-untyped-def]
     """Best of the candidates of every query."""
     for n in nb.prange(len(queries)):
@@ -117,7 +119,7 @@ def _search(control, queries, face, start, out_face, out_uv, out_points):  # typ
                     out_points[n, x] = state[0, x]
 
 
-@nb.njit(cache=True)  # type: ignore[untyped-decorator]
+@nb.njit(cache=True)
 def _evaluate(patch, u, v, work, state):  # type: ignore[no-untyped-def]
     """Position, S_u, S_v, S_uu, S_uv, S_vv of a bicubic patch into the rows of `state`."""
     _cubic(u, work[0], work[1], work[2])
@@ -135,7 +137,7 @@ def _evaluate(patch, u, v, work, state):  # type: ignore[no-untyped-def]
                 state[5, x] += work[0, i] * work[5, j] * p
 
 
-@nb.njit(cache=True)  # type: ignore[untyped-decorator]
+@nb.njit(cache=True)
 def _newton(patch, q, u, v, work, state):  # type: ignore[no-untyped-def]
     """Minimise the squared distance over the unit square by projected, damped Newton steps."""
     _evaluate(patch, u, v, work, state)

@@ -27,9 +27,7 @@ MIN_CIRCUMFERENTIAL = 3
 """Fewer elements around cannot carry the tangent plane of the pole."""
 
 
-def cup_topology(
-    shape: tuple[int, int, int], grading: tuple[float, float] = LINEAR
-) -> Topology:
+def cup_topology(shape: tuple[int, int, int], grading: tuple[float, float] = LINEAR) -> Topology:
     """Topology of a cup with a collapsed, smooth apex.
 
     Parameters
@@ -58,8 +56,11 @@ def cup_topology(
         )
     surface = _surface_extraction(around, along)
     line = _line_extraction(radial)
+    ones = np.zeros(surface.shape[1])
+    ones[0], ones[POLE_DOFS::NODE_DOFS] = 1, 1
     index = np.array(
-        [(r, c, s) for r in range(radial) for s in range(along) for c in range(around)], dtype=np.intp
+        [(r, c, s) for r in range(radial) for s in range(along) for c in range(around)],
+        dtype=np.intp,
     )
     element = np.arange(len(index)).reshape(radial, along, around)
 
@@ -77,6 +78,7 @@ def cup_topology(
         },
         collapsed=faces(element[:, 0], 2),
         nodes=_corner_nodes(radial, around, along),
+        constant=np.tile(np.concatenate([ones, 0 * ones]), radial + 1),
         straightening=_straightening(radial, surface.shape[1], grading),
     )
 

@@ -35,6 +35,8 @@ class Topology:
         Faces of zero area (the pole), where det J = 0 by construction.
     nodes : (e, 8) int
         Corner nodes of each element, xi1 fastest; repeated where the element collapses.
+    constant : (n,) float64
+        Degrees of freedom of the function 1.
     straightening : (n, n) sparse
         Degrees of freedom after linearisation across the wall, from those before.
     """
@@ -45,6 +47,7 @@ class Topology:
     surfaces: Mapping[str, NDArray[np.intp]]
     collapsed: NDArray[np.intp]
     nodes: NDArray[np.intp]
+    constant: NDArray[np.float64]
     straightening: sp.csr_array = field(repr=False)
 
     @property
@@ -95,7 +98,7 @@ class HexMesh:
         -------
         (e, q, 3) float64, mm, world (LPS)
         """
-        return np.matmul(tabulate(xi), self.control)
+        return np.asarray(np.matmul(tabulate(xi), self.control))
 
     def gradient(self, xi: NDArray[np.float64]) -> NDArray[np.float64]:
         """Jacobian matrices dx/dxi at the same local coordinates of every element.
@@ -117,6 +120,22 @@ class HexMesh:
         """Return the mesh of the same topology with other degrees of freedom (n, 3), mm, LPS."""
         return HexMesh(np.asarray(dofs, dtype=float), self.topology)
 
+    def transformed(self, affine: NDArray[np.float64]) -> HexMesh:
+        """Return the mesh under an affine map.
+
+        Parameters
+        ----------
+        affine : (4, 4) float64
+            mm, world (LPS) to world.
+
+        Returns
+        -------
+        HexMesh
+            Exact: the space of a mesh contains all its affine images.
+        """
+        shift = np.outer(self.topology.constant, affine[:3, 3])
+        return self.with_dofs(self.dofs @ affine[:3, :3].T + shift)
+
     def lagrange_points(self) -> NDArray[np.float64]:
         """Positions on the 4x4x4 lattice of each element, (e, 64, 3), xi1 fastest, mm, LPS.
 
@@ -136,13 +155,17 @@ class HexMesh:
         -------
         HexMesh
         """
-        return replace(self, topology=_refine(self.topology, (circumferential, longitudinal, radial)))
+        return replace(
+            self, topology=_refine(self.topology, (circumferential, longitudinal, radial))
+        )
 
 
 def _refine(topology: Topology, pieces: tuple[int, int, int]) -> Topology:
     """Topology with every element split into pieces along (xi1, xi2, xi3)."""
     split = [subdivision(n) for n in pieces]
-    cells = [(i, j, k) for k in range(pieces[2]) for j in range(pieces[1]) for i in range(pieces[0])]
+    cells = [
+        (i, j, k) for k in range(pieces[2]) for j in range(pieces[1]) for i in range(pieces[0])
+    ]
     blocks = [np.kron(split[2][k], np.kron(split[1][j], split[0][i])) for i, j, k in cells]
     n_cells, n_old = len(cells), topology.n_elements
     extraction = sp.csr_array(
@@ -168,6 +191,7 @@ def _refine(topology: Topology, pieces: tuple[int, int, int]) -> Topology:
         surfaces={name: split_faces(f) for name, f in topology.surfaces.items()},
         collapsed=split_faces(topology.collapsed),
         nodes=_refined_nodes(topology, pieces),
+        constant=topology.constant,
         straightening=topology.straightening,
     )
 

@@ -31,12 +31,16 @@ class Projector:
     """
 
     points: NDArray[np.float64]
+    _matrix: sp.csc_array
     _moments: sp.csr_array
     _solve: Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
     def project(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Degrees of freedom (n, 3) closest in L2 to the values (m, 3) at `points`."""
-        return np.asarray(self._solve(np.asarray(self._moments @ values)))
+        right = np.asarray(self._moments @ values)
+        dofs = self._solve(right)
+        # One step of iterative refinement: the DOFs near the pole are poorly conditioned.
+        return np.asarray(dofs + self._solve(right - self._matrix @ dofs))
 
 
 def projector(mesh: HexMesh, n: tuple[int, int, int]) -> Projector:
@@ -70,6 +74,7 @@ def projector(mesh: HexMesh, n: tuple[int, int, int]) -> Projector:
     spread = sp.kron(sp.eye_array(e), sp.csr_array(basis.T)) @ sp.diags_array(weights.ravel())
     return Projector(
         points=mesh.evaluate(xi).reshape(-1, 3),
+        _matrix=matrix,
         _moments=sp.csr_array(extraction.T @ spread),
         _solve=factor.solve,
     )

@@ -42,7 +42,7 @@ def gauss_cube(n: tuple[int, int, int]) -> tuple[NDArray[np.float64], NDArray[np
 
 @lru_cache
 def gauss_square(n: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Tensor-product Gauss rule on the unit square: (n^2, 2) points, first fastest; (n^2,) weights."""
+    """Gauss rule on the unit square: (n^2, 2) points, first fastest; (n^2,) weights."""
     t, w = gauss(n)
     v, u = np.meshgrid(t, t, indexing="ij")
     return np.stack([u.ravel(), v.ravel()], -1), np.outer(w, w).ravel()

@@ -13,7 +13,7 @@ FACE_COEFFICIENTS = ORDER**2
 
 
 def face_coefficients() -> NDArray[np.intp]:
-    """Which of an element's 64 coefficients make up each face, (6, 16) int, first tangent fastest."""
+    """Which of an element's 64 coefficients make up each face, (6, 16) int."""
     a = np.arange(ORDER**3).reshape(ORDER, ORDER, ORDER)  # k, j, i
     ends = (0, ORDER - 1)
     return np.stack([np.take(a, end, axis=2 - axis).ravel() for axis in range(3) for end in ends])
@@ -46,7 +46,7 @@ def tabulate_face(
     """Bicubic Bernstein functions, or a derivative of them, at (q, 2) parameters: (q, 16)."""
     u = bernstein_derivative(uv[:, 0], derivative[0])
     v = bernstein_derivative(uv[:, 1], derivative[1])
-    return np.einsum("qj,qi->qji", v, u).reshape(len(uv), FACE_COEFFICIENTS)
+    return np.asarray(np.einsum("qj,qi->qji", v, u).reshape(len(uv), FACE_COEFFICIENTS))
 
 
 def evaluate_faces(

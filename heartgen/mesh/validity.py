@@ -3,8 +3,8 @@
 det J of a tricubic element is a polynomial of degree 8 per direction. If its 9^3 Bernstein
 coefficients are positive, so is det J; where the bound is not decisive the element is subdivided
 (Johnen, Remacle & Geuzaine 2013, doi:10.1016/j.jcp.2012.08.051). At the collapsed apex det J
-vanishes on the pole by construction; there the factor ``xi`` that causes it is divided out, and what
-remains is certified.
+vanishes on the pole by construction; there the factor ``xi`` that causes it is divided out, and
+what remains is certified.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def _binomials(n: int) -> NDArray[np.float64]:
 def _binomial_weights(shape: tuple[int, ...]) -> NDArray[np.float64]:
     """Product of the binomials of the last three axes."""
     k, j, i = (_binomials(n - 1) for n in shape[-3:])
-    return np.einsum("k,j,i->kji", k, j, i)
+    return np.asarray(np.einsum("k,j,i->kji", k, j, i))
 
 
 def _monic(c: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -142,7 +142,9 @@ def _lower_bound(coefficients: NDArray[np.float64], enough: float) -> float:
         undecided = []
         for piece in pieces:
             least = float(piece.min())
-            corner = float(piece[:: piece.shape[0] - 1, :: piece.shape[1] - 1, :: piece.shape[2] - 1].min())
+            corner = float(
+                piece[:: piece.shape[0] - 1, :: piece.shape[1] - 1, :: piece.shape[2] - 1].min()
+            )
             if corner <= enough:
                 return min(least, bound)
             if least > enough:

@@ -90,6 +90,11 @@ class GridMap:
         """Moved positions of points (m, 3), mm, world (LPS)."""
         return np.asarray(points + self.grid.interpolation(points) @ self.displacement)
 
+    @staticmethod
+    def identity(grid: NodeGrid) -> GridMap:
+        """The map that moves nothing."""
+        return GridMap(grid, np.zeros((grid.size, 3)))
+
     def on(self, grid: NodeGrid) -> GridMap:
         """The same displacement, interpolated to another grid."""
         return GridMap(grid, np.asarray(self.grid.interpolation(grid.nodes()) @ self.displacement))
@@ -118,7 +123,7 @@ class Deformation:
         return points
 
     def then(self, part: GridMap) -> Deformation:
-        """This deformation followed by one more map."""
+        """Return this deformation followed by one more map."""
         return Deformation((*self.maps, part))
 
     def least_determinant(self) -> float:
@@ -167,4 +172,5 @@ def _least_coefficient(
                 place = (i2 + i3, j1 + j3, k1 + k2)
                 sums[place] = sums.get(place, 0.0) + np.einsum("cx,cx->c", normal, c)
     binomial = np.array([1.0, 2.0, 1.0])
-    return np.min([v / np.prod(binomial[list(p)]) for p, v in sums.items()], axis=0)
+    least = np.min([v / np.prod(binomial[list(p)]) for p, v in sums.items()], axis=0)
+    return np.asarray(least)

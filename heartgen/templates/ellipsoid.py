@@ -40,8 +40,8 @@ class TruncatedEllipsoid:
 
     Coordinates are those of the heart's frame: z from apex to base, base at z = 0. A surface point
     is ``(centre + lean z + bend z^2 + section (cos t, sin t) w(p), -axis (cut + cos p))``, where
-    ``p`` runs from 0 at the apex to the angle at which z = 0, and ``w = sin p (1 + taper cos p)``: an exact
-    ellipsoid for taper 0, a more pointed apex below it.
+    ``p`` runs from 0 at the apex to the angle at which z = 0, and ``w = sin p (1 + taper cos p)``:
+    an exact ellipsoid for taper 0, a more pointed apex below it.
 
     Attributes
     ----------
@@ -140,14 +140,34 @@ def fit_ellipsoid(anatomy: Anatomy) -> TruncatedEllipsoid:
             polar = fraction * candidate.semi_axes(depth)[2]
             points = anatomy.to_world(candidate.points(angle, polar, depth))
             # Rows of samples shrink towards the apex: weight by circumference.
-            out.append(anatomy.surfaces[name].sample(points)[0] * np.sqrt(np.abs(candidate.profile(polar, depth)[0])))
+            out.append(
+                anatomy.surfaces[name].sample(points)[0]
+                * np.sqrt(np.abs(candidate.profile(polar, depth)[0]))
+            )
         return np.concatenate([*(part / r for part in out), PRIOR * (p - start)])
 
     axis = 1 / (1 + START_CUT)
     apex = max(anatomy.apex_thickness, least) / anatomy.wall_thickness
     start = np.array([0, 0, 0, 0, 1, 0, 1, axis, START_CUT, 1, apex, 0, 0, 0, 0])
     bound = (TAPER_LIMIT, TAPER_LIMIT)
-    low = np.array([-1, -1, -1, -1, 0.3, -1, 0.3, axis / 3, CUT_LIMITS[0], THIN, THIN, *np.negative(bound), -1, -1])
+    low = np.array(
+        [
+            -1,
+            -1,
+            -1,
+            -1,
+            0.3,
+            -1,
+            0.3,
+            axis / 3,
+            CUT_LIMITS[0],
+            THIN,
+            THIN,
+            *np.negative(bound),
+            -1,
+            -1,
+        ]
+    )
     high = np.array([1, 1, 1, 1, 3, 1, 3, axis * 3, CUT_LIMITS[1], 4, 4, *bound, 1, 1])
     start = np.clip(start, low + 1e-6, high - 1e-6)
     fit = least_squares(

@@ -12,9 +12,7 @@ from heartgen.templates.ellipsoid import TruncatedEllipsoid, fit_ellipsoid
 from heartgen.templates.spacing import Spacing, best_spacing
 
 
-def lv_template(
-    anatomy: Anatomy, elements: tuple[int, int, int], graded: bool = True
-) -> HexMesh:
+def lv_template(anatomy: Anatomy, elements: tuple[int, int, int], graded: bool = True) -> HexMesh:
     """Truncated ellipsoid fitted to an anatomy, as a cubic Hermite mesh.
 
     Parameters
@@ -31,10 +29,7 @@ def lv_template(
         In the world (LPS), mm; straight across the wall.
     """
     shape = fit_ellipsoid(anatomy)
-    mesh = ellipsoid_mesh(shape, elements, graded)
-    dofs = mesh.dofs @ anatomy.frame[:3, :3].T
-    dofs[_positions(mesh)] += anatomy.frame[:3, 3]
-    return mesh.with_dofs(dofs)
+    return ellipsoid_mesh(shape, elements, graded).transformed(anatomy.frame)
 
 
 def ellipsoid_mesh(
@@ -81,24 +76,10 @@ def _surface(
     for p, v in zip(polar[1:], speed[1:], strict=True):
         dz = np.full(around, axis * np.sin(p) * v)
         (width,), (widening,) = shape.profile(np.array([p]), depth)
-        value = shape.points(angle, np.full(around, p), depth)
+        value = shape.points(angle, zero + float(p), depth)
         sideways = shape.lean + 2 * value[0, 2] * shape.bend
         d_around = np.c_[turn * width, zero]
         d_along = np.c_[ring * widening * v + np.outer(dz, sideways), dz]
         d_both = np.c_[turn * widening * v, zero]
         rows.append(np.stack([value, d_around, d_along, d_both], 1).reshape(-1, 3))
     return np.concatenate(rows)
-
-
-def _positions(mesh: HexMesh) -> NDArray[np.bool_]:
-    """Degrees of freedom that are positions: they move under a translation."""
-    return translation_dofs(mesh) > 0.5
-
-
-def translation_dofs(mesh: HexMesh) -> NDArray[np.float64]:
-    """Degrees of freedom (n,) of the constant function 1."""
-    radial, around, along = mesh.topology.shape
-    surface = np.zeros(3 + 4 * around * along)
-    surface[0] = 1
-    surface[3::4] = 1
-    return np.concatenate([np.concatenate([surface, 0 * surface]) for _ in range(radial + 1)])

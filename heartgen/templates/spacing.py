@@ -121,6 +121,8 @@ def _meridian(
     weights = np.einsum("i,j->ij", w, w)
     mean = np.einsum("ersi,si->er", log_det, weights)[..., None, None]
     spread = ((log_det - mean) * np.sqrt(weights)).ravel()
-    lengths = np.linalg.norm(np.broadcast_to(cross, along.shape), axis=-1) * np.linalg.norm(along, axis=-1)
+    lengths = np.linalg.norm(np.broadcast_to(cross, along.shape), axis=-1) * np.linalg.norm(
+        along, axis=-1
+    )
     slant = np.sum(cross * along, axis=-1) / np.maximum(lengths, np.finfo(float).tiny)
     return spread, slant.ravel()

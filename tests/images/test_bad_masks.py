@@ -155,11 +155,11 @@ def complex_numbers(folder, cup):
     return nifti(folder, cup.astype(np.complex64))
 
 
-@bad("colours or vectors")
-def complex_numbers_vtk(folder, cup):
+@bad("complex numbers")
+def complex_numbers_nrrd(folder, cup):
     image = SimpleITK.GetImageFromArray(cup.T.astype(np.complex64))
-    SimpleITK.WriteImage(image, str(folder / "m.vtk"))
-    return folder / "m.vtk"
+    SimpleITK.WriteImage(image, str(folder / "m.nrrd"))
+    return folder / "m.nrrd"
 
 
 @bad("colours or vectors")
@@ -345,6 +345,12 @@ def picture_named_nifti(folder, cup):
 def picture(folder, cup):
     SimpleITK.WriteImage(SimpleITK.GetImageFromArray(cup), str(folder / "m.tif"))
     return folder / "m.tif"
+
+
+@bad("JPEG2000 picture, which holds no voxel size")
+def picture_without_signature(folder, cup):
+    SimpleITK.WriteImage(SimpleITK.GetImageFromArray(255 * cup[:, :, 8]), str(folder / "m.j2k"))
+    return folder / "m.j2k"
 
 
 @bad("DICOM file: its name must end in .dcm")

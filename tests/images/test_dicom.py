@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import highdicom as hd
 import numpy as np
 import pydicom
 import pytest
@@ -21,8 +22,6 @@ from pydicom.uid import (
 
 from heartgen import read_mask
 from heartgen.errors import InputError
-
-hd = pytest.importorskip("highdicom")
 
 Writer = Callable[..., Path]
 
