@@ -22,9 +22,6 @@ import time
 from pathlib import Path
 from typing import Any
 
-for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
-    os.environ.setdefault(variable, "1")
-
 import numpy as np
 
 import heartgen
@@ -34,6 +31,7 @@ from heartgen.errors import HeartgenError
 from heartgen.formats import write_mesh
 from heartgen.warping import warp
 
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 SCORED_LEVELS = (1, 5)
 FALL = 1.02
 """Largest allowed ratio of the error of one level to that of the level before."""
@@ -56,6 +54,7 @@ def main() -> None:
     )
     jobs = [(str(p), a.elements, a.lod, str(a.score) if a.score else None) for p in cases]
     rows: list[dict[str, Any]] = []
+    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))  # for the workers, which import anew
     with multiprocessing.get_context("spawn").Pool(a.processes) as pool:
         for found in pool.imap_unordered(fit, jobs):
             rows.extend(found)
@@ -136,7 +135,8 @@ def summary(rows: list[dict[str, Any]], cases: int, lod: int) -> str:
         f"{cases} cases; success at level 1: {sum(r['success'] for r in done if r['lod'] == 1)}; "
         f"certified valid at level 1: {sum(r['valid'] for r in done if r['lod'] == 1)}",
         "",
-        "| LoD | error median | 95 % of cases | worst | Q median | worst | scaled | raw Q | valid | success |",
+        "| LoD | error median | 95 % of cases | worst | Q median | worst "
+        "| scaled | raw Q | valid | success |",
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for k in range(1, lod + 1):
@@ -171,8 +171,8 @@ def _independent_lines(done: list[dict[str, Any]]) -> str:
             ours = np.array([x["error"] for x in r])
             q = np.array([x["score_quality_mean"] for x in r])
             lines.append(
-                f"independent, level {k}: error median {np.median(e):.3f}, 95 % {np.percentile(e, 95):.3f}, "
-                f"worst {e.max():.3f}; Q median {np.median(q):.3f}, worst {q.min():.3f}; "
+                f"independent, level {k}: error median {np.median(e):.3f}, "
+                f"95 % {np.percentile(e, 95):.3f}, worst {e.max():.3f}; Q median {np.median(q):.3f}, worst {q.min():.3f}; "
                 f"success {sum(x['score_success'] for x in r)}; folded points "
                 f"{sum(x['score_negative_points'] for x in r)}; our error differs by at most "
                 f"{100 * np.max(np.abs(ours / e - 1)):.1f} %"

@@ -172,7 +172,13 @@ def personalize(
         template = lv_template(anatomy, options.elements, graded=options.depth == "graded")
     with clock.step("registration") as done:
         deformations = register(
-            template, anatomy.surfaces, anatomy.frame, anatomy.voxel, options.lod, done
+            template,
+            anatomy.surfaces,
+            anatomy.frame,
+            anatomy.voxel,
+            anatomy.length,
+            options.lod,
+            done,
         )
     with clock.step("warping"):
         warped = warp(template, deformations[-1])

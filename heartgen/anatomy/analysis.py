@@ -26,6 +26,12 @@ LEAST_WALL = 1.0
 WALL_ONSET = 5.0
 """Depth below the base, in least wall thicknesses, from which that holds in full."""
 
+FLAT_VOXELS = 2.0
+"""Voxels; a rim that rises and falls by less than this is fitted with its plane."""
+
+RIM_VOXELS = 2.0
+"""Voxels below the base at which the side surfaces are unaffected by its rounded rim."""
+
 MID_WALL = (0.25, 0.75)
 """Heights over the length between which the wall thickness is measured."""
 
@@ -40,8 +46,10 @@ class Anatomy:
         Heart to world: x and y in the basal plane (x along the wider axis of the pool), z from apex
         to base; origin in the middle of the base. mm, LPS.
     surfaces : mapping of str to LevelSet
-        Signed distances that the mesh is fitted to: ``lv_endo`` (of the blood pool, closed at the
-        base) and ``epi`` (of wall and pool together, closed at the base).
+        Signed distances that the named surfaces of the mesh are fitted to: ``lv_endo`` (of the
+        blood pool) and ``epi`` (of wall and pool together), both continued beyond the base so that
+        they do not bend over its rim, and ``base`` (of the basal plane, or of wall and pool
+        together where the base is not flat).
     myocardium : LevelSet
         Smoothed indicator of the wall minus one half, negated, cut at the truncation: zero on the
         surface that accuracy is measured against. Not a distance.
@@ -122,11 +130,17 @@ def analyse(mask: Mask, truncate: float | str = "auto") -> Anatomy:
     frame, radius = _frame(pool_points, base.plane)
     length = -float(base.plane.height(pool_points).min())
     wall, apex = _thickness(wall_points, pool, solid, base.plane, length)
+    inner, thickened = _with_wall(pool, solid, base.plane, LEAST_WALL * voxel)
     cut = base.plane if base.truncation is not None else None
-    endo, thickened = _with_wall(pool, solid, base.plane, LEAST_WALL * voxel)
+    flat = cut is not None or base.irregularity < FLAT_VOXELS * voxel
+    surfaces = {
+        "lv_endo": _continued(inner, base.plane, RIM_VOXELS * voxel),
+        "epi": _continued(solid, base.plane, RIM_VOXELS * voxel),
+        "base": LevelSet(_heights(solid, base.plane), solid.affine) if flat else solid,
+    }
     return Anatomy(
         frame=frame,
-        surfaces={"lv_endo": _cut(endo, cut), "epi": _cut(solid, cut)},
+        surfaces=surfaces,
         myocardium=_cut(_indicator(mask), cut, scale=1 / voxel),
         base=base,
         voxel=voxel,
@@ -191,6 +205,17 @@ def _cut(level: LevelSet, plane: Plane | None, scale: float = 1.0) -> LevelSet:
         return level
     height = _heights(level, plane)
     return LevelSet(np.maximum(level.values, np.float32(scale) * height), level.affine)
+
+
+def _continued(level: LevelSet, plane: Plane, rim: float) -> LevelSet:
+    """A shape continued beyond the base: its section just below the rim, straight up."""
+    height = _heights(level, plane) + np.float32(rim)
+    above = np.argwhere(height > 0)
+    points = above @ level.affine[:3, :3].T + level.affine[:3, 3]
+    below = points - height[tuple(above.T)].astype(float)[:, None] * plane.normal
+    values = level.values.copy()
+    values[tuple(above.T)] = level.sample(below)[0]
+    return LevelSet(values, level.affine)
 
 
 def _with_wall(

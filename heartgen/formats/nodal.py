@@ -74,7 +74,8 @@ def nodal_parameters(mesh: HexMesh) -> NodalParameters:
 
 def _corner_rows(topology: Topology) -> sp.csr_array:
     """(64 e, n): weights of the degrees of freedom in each (element, corner, derivative)."""
-    end_by_derivative = BERNSTEIN_TO_HERMITE.reshape(2, 2, -1)
+    # All entries are whole numbers, but for the rounding of the inversion.
+    end_by_derivative = np.rint(BERNSTEIN_TO_HERMITE).reshape(2, 2, -1)
     one = np.kron(np.kron(end_by_derivative, end_by_derivative), end_by_derivative)
     one = one.reshape(CORNERS * PARAMETERS, -1)
     rows = sp.kron(sp.eye_array(topology.n_elements), sp.csr_array(one)) @ topology.extraction

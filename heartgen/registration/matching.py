@@ -58,14 +58,14 @@ class Samples:
 def sample_surfaces(
     template: HexMesh, images: Mapping[str, LevelSet], spacing: float, voxel: float
 ) -> Samples:
-    """Sample the template's surfaces; the base is compared with the filled heart.
+    """Sample the template's surfaces.
 
     Parameters
     ----------
     template : HexMesh
         mm, world (LPS).
     images : mapping of str to LevelSet
-        The patient's signed distance for each named surface; ``epi`` stands for missing ones.
+        The patient's signed distance for each named surface.
     spacing : float
         Node spacing that the samples must resolve, mm.
     voxel : float
@@ -83,6 +83,6 @@ def sample_surfaces(
         places, _, areas = sample_faces(template, faces, n)
         points.append(places)
         weights.append(areas / voxel**2)
-        channels.append((images.get(name, images["epi"]), slice(start, start + len(places))))
+        channels.append((images[name], slice(start, start + len(places))))
         start += len(places)
     return Samples(np.concatenate(points), np.concatenate(weights), tuple(channels))

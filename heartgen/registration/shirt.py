@@ -26,9 +26,13 @@ from heartgen.registration.smoothing import Smoothing, conjugate_gradients
 NODE_SPACINGS = (10.0, 8.0, 6.0, 4.0, 2.0)
 """Node spacing of each pass, voxels; level of detail k runs the first k (paper, section 2.2)."""
 
-SMOOTHNESS = (2.0, 3.0, 4.0, 8.0, 32.0)
+VOXELS_PER_LENGTH = 75.0
+"""A level means voxels of an image at least this fine, over the length of the ventricle: small
+hearts and coarse images would otherwise lose their shape at the first levels."""
+
+SMOOTHNESS = (1.5, 2.5, 4.0, 8.0, 32.0)
 """Weight of the Laplacian against the data in each pass, both normalised by their traces. The
-smallest detail it lets through is about spacing * weight^(1/4): 12, 10.5, 8.5, 6.7 and 4.8 voxels.
+smallest detail it lets through is about spacing * weight^(1/4): 11, 10, 8.5, 6.7 and 4.8 voxels.
 With one weight for all passes the fine ones would follow the voxels' stairs."""
 
 MARGIN = (1.5, 5.0)
@@ -41,7 +45,7 @@ SETTLED = 0.03
 SAFE = 0.2
 """Least local volume change of one map that is accepted."""
 
-SHORT_STEP = 0.3
+SHORT_STEP = 0.6
 """A fold that shortens a step below this share ends a map; the next one continues from there."""
 
 MAX_LINKS = 6
@@ -61,6 +65,7 @@ def register(
     images: Mapping[str, LevelSet],
     frame: NDArray[np.float64],
     voxel: float,
+    length: float,
     lod: int,
     progress: Callable[[float], None] = lambda done: None,
 ) -> tuple[Deformation, ...]:
@@ -74,8 +79,8 @@ def register(
         The patient's signed distance for each named surface of the template.
     frame : (4, 4) float64
         Axes of the node grid (those of the heart) and any origin, mm, LPS.
-    voxel : float
-        Voxel size, mm.
+    voxel, length : float
+        Voxel size and length of the ventricle, mm.
     lod : int
         Level of detail, 1 to 5: the number of passes.
     progress : callable
@@ -93,6 +98,7 @@ def register(
     """
     if not 1 <= lod <= len(NODE_SPACINGS):
         raise RegistrationError(f"level of detail {lod} does not exist: choose 1 to 5")
+    voxel = min(voxel, length / VOXELS_PER_LENGTH)
     out: list[Deformation] = []
     frozen = Deformation()
     active: GridMap | None = None
@@ -177,6 +183,7 @@ def _fit_map(
     basis_t = sp.csr_array(basis.T)
     supported = int(np.sum(np.diff(basis_t.indptr) > 0))
     value, slope = samples.patient(samples.points + basis @ total)
+    folded = False
     for _ in range(MAX_STEPS):
         diagonal = basis_t.power(2) @ (samples.weights[:, None] * slope**2)
         per_node = float(diagonal.sum()) / (3 * supported)
@@ -207,4 +214,4 @@ def _fit_map(
         moved = length * float(np.mean(np.linalg.norm(basis @ update, axis=1)))
         if moved < SETTLED * voxel:
             break
-    return GridMap(grid, total), False
+    return GridMap(grid, total), folded

@@ -64,7 +64,7 @@ def _surface(
     """Surface degrees of freedom (see `heartgen.mesh.hermite`) of one surface."""
     section, axis, _ = shape.semi_axes(depth)
     step = 2 * np.pi / around
-    angle = step * np.arange(around)
+    angle = np.linspace(0, 2 * np.pi, around, endpoint=False)
     ring = np.stack([np.cos(angle), np.sin(angle)], -1) @ section.T
     turn = step * np.stack([-np.sin(angle), np.cos(angle)], -1) @ section.T
     zero = np.zeros(around)

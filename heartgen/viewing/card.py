@@ -1,0 +1,127 @@
+"""What a reader wants to know of a report, as titled rows of text, for a table or a page."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from heartgen.assessment import QUALITY_THRESHOLD
+from heartgen.report import Report
+
+SURFACE_NAMES = {
+    "lv_endo": "LV endocardium",
+    "rv_endo": "RV endocardium",
+    "epi": "epicardium",
+    "base": "base",
+}
+"""What the named surfaces of a mesh are called in print."""
+
+DIGITS = 3
+"""Significant digits of a measurement: hundredths of a millimetre in a heart of 100 mm."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Whether the mesh may be used.
+
+    Attributes
+    ----------
+    level : {"good", "doubtful", "bad"}
+        Success; valid but not a success by the paper's rule; not valid.
+    text : str
+        One clause that says why.
+    """
+
+    level: Literal["good", "doubtful", "bad"]
+    text: str
+
+
+@dataclass(frozen=True)
+class Section:
+    """Rows of a name and a value under a title."""
+
+    title: str
+    rows: tuple[tuple[str, str], ...]
+
+
+def verdict(report: Report) -> Verdict:
+    """Judge a result: by its validity, then by the paper's rule of success (section 3.5)."""
+    accuracy, quality = report.accuracy, report.quality
+    if not quality.valid:
+        return Verdict("bad", f"not valid: {_elements(quality.invalid_elements)}")
+    reasons = []
+    if not accuracy.mean < report.voxel_diagonal:
+        reasons.append(
+            f"the mean error, {number(accuracy.mean)} mm, is not below the diagonal of a voxel, "
+            f"{number(report.voxel_diagonal)} mm"
+        )
+    if not quality.mean > QUALITY_THRESHOLD:
+        reasons.append(f"the mean quality, {quality.mean:.3f}, is not above {QUALITY_THRESHOLD}")
+    if reasons:
+        return Verdict("doubtful", f"valid, but not a success: {' and '.join(reasons)}")
+    return Verdict(
+        "good",
+        f"success: valid everywhere, error below the diagonal of a voxel "
+        f"({number(report.voxel_diagonal)} mm), quality above {QUALITY_THRESHOLD}",
+    )
+
+
+def sections(report: Report) -> tuple[Section, ...]:
+    """Accuracy, quality, the heart's sizes and the time taken."""
+    a, q, m = report.accuracy, report.quality, report.measurements
+    truncation = "none" if m.truncation is None else f"{number(m.truncation)} mm below the plane"
+    return (
+        Section(
+            "Distance from mask to mesh",
+            (
+                ("mean", f"{number(a.mean)} mm"),
+                ("95 % below", f"{number(a.p95)} mm"),
+                ("largest", f"{number(a.max)} mm"),
+                *((SURFACE_NAMES[s], f"{number(d)} mm") for s, d in a.by_surface.items()),
+                ("from mesh to mask", f"{number(a.reverse_mean)} mm"),
+                ("overlap (Dice)", f"{a.dice:.3f}"),
+            ),
+        ),
+        Section(
+            "Quality of the elements",
+            (
+                ("Jacobian ratio, mean", f"{q.mean:.3f}"),
+                ("Jacobian ratio, least", f"{q.min:.3f}"),
+                ("mean before enhancement", f"{report.unenhanced_quality:.3f}"),
+                ("scaled Jacobian, mean", f"{q.scaled_mean:.3f}"),
+                ("scaled Jacobian, least", f"{q.scaled_min:.3f}"),
+                (f"elements below {QUALITY_THRESHOLD}", f"{q.below_threshold:.0%}"),
+                ("validity", "proven" if q.valid else _elements(q.invalid_elements)),
+            ),
+        ),
+        Section(
+            "Left ventricle",
+            (
+                ("length of the cavity", f"{number(m.length)} mm"),
+                ("radius of the cavity", f"{number(m.radius)} mm"),
+                ("wall at mid-height", f"{number(m.wall_thickness)} mm"),
+                ("wall at the apex", f"{number(m.apex_thickness)} mm"),
+                ("truncation", truncation),
+                ("blood pool", f"{number(m.pool_volume)} ml"),
+                ("myocardium, mask", f"{number(m.wall_volume)} ml"),
+                ("myocardium, mesh", f"{number(m.mesh_volume)} ml"),
+            ),
+        ),
+        Section(
+            "Time",
+            (
+                *((step, f"{seconds:.1f} s") for step, seconds in report.seconds.items()),
+                ("total", f"{sum(report.seconds.values()):.1f} s"),
+            ),
+        ),
+    )
+
+
+def number(value: float) -> str:
+    """A measurement with three significant digits, never in powers of ten above one."""
+    return f"{value:.{DIGITS}g}" if abs(value) < 10**DIGITS else f"{value:.0f}"
+
+
+def _elements(n: int) -> str:
+    """How many elements fold."""
+    return "1 element folds" if n == 1 else f"{n} elements fold"

@@ -1,0 +1,134 @@
+"""A page with the report and a 3-D view that opens in any browser, without server or network.
+
+The scene is handed to vtk.js, whose viewer comes with trame-vtk; nothing is rendered here.
+"""
+
+from __future__ import annotations
+
+import html
+import io
+import json
+import zipfile
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+from typing import TYPE_CHECKING, Any
+
+import matplotlib
+import pyvista as pv
+from matplotlib.colors import to_hex
+from trame_vtk.modules.vtk.serializers import (
+    SynchronizationContext,
+    extract_array_hash,
+    initialize_serializers,
+    reference_id,
+    serialize,
+)
+from trame_vtk.tools.vtksz2html import write_html
+
+from heartgen.formats import write_text
+from heartgen.viewing.card import Section, sections, verdict
+from heartgen.viewing.scene import MASK, Scale, colour_scale, plot
+
+if TYPE_CHECKING:
+    from heartgen.pipeline import Personalization
+    from heartgen.report import Report
+
+STOPS = 12
+"""Colours of the key between which a browser interpolates; the maps are smooth."""
+
+DEPTH = 1
+"""Where the serializers are to start counting."""
+
+
+def view_html(result: Personalization, path: str | Path) -> Path:
+    """Write a page with the report and the mesh over the mask, coloured by the error.
+
+    Parameters
+    ----------
+    result : Personalization
+    path : path
+        The file appears whole or not at all.
+
+    Returns
+    -------
+    Path
+        The file written.
+
+    Raises
+    ------
+    HeartgenError
+        If it cannot be written.
+    """
+    scale = colour_scale("error")
+    plotter = plot(result, color="error", off_screen=True)
+    plotter.remove_scalar_bar(scale.title)
+    scene = _viewer(plotter)
+    plotter.close()
+    template = files("heartgen.viewing").joinpath("page.html").read_text(encoding="utf-8")
+    text = Template(template).substitute(_fields(result.report, scale), scene=html.escape(scene))
+    write_text(text, path)
+    return Path(path)
+
+
+def _fields(report: Report, scale: Scale) -> dict[str, str]:
+    """What the template asks for, but for the scene."""
+    judged = verdict(report)
+    low, high = scale.limits
+    colours = matplotlib.colormaps[scale.colours]
+    radial, circumferential, longitudinal = report.options["elements"]
+    return {
+        "name": html.escape(report.name),
+        "level": judged.level,
+        "verdict": html.escape(judged.text),
+        "sections": "\n".join(map(_section, sections(report))),
+        "notes": "\n".join(f"<li>{html.escape(f.message)}</li>" for f in report.findings),
+        "key": ", ".join(to_hex(colours(i / (STOPS - 1))) for i in range(STOPS)),
+        "key_title": scale.title,
+        "key_low": f"{low:g}",
+        "key_middle": f"{(low + high) / 2:g}",
+        "key_high": f"{high:g} or more",
+        "mask_colour": MASK,
+        "made": html.escape(
+            f"heartgen {report.versions['heartgen']} · level of detail {report.options['lod']} · "
+            f"{radial} × {circumferential} × {longitudinal} elements"
+        ),
+    }
+
+
+def _section(section: Section) -> str:
+    """A titled table."""
+    rows = "".join(
+        f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
+        for name, value in section.rows
+    )
+    return f"<section><h2>{html.escape(section.title)}</h2><table>{rows}</table></section>"
+
+
+def _viewer(plotter: pv.Plotter) -> str:
+    """The page of vtk.js that shows a scene, all in one text."""
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("index.json", json.dumps(_scene(plotter.render_window)))
+    page = io.StringIO()
+    write_html(packed.getvalue(), page)
+    return page.getvalue()
+
+
+def _scene(window: Any) -> dict[str, Any]:
+    """A scene as vtk.js reads it: a tree of objects, and their arrays by hash."""
+    initialize_serializers()
+    context = SynchronizationContext()
+    context.set_ignore_last_dependencies(True)
+    state = serialize(None, window, reference_id(window), context, DEPTH)
+    camera = window.GetRenderers().GetFirstRenderer().GetActiveCamera()
+    state["extra"] = {
+        "vtkRefId": reference_id(window),
+        "centerOfRotation": camera.GetFocalPoint(),
+        "camera": reference_id(camera),
+    }
+    arrays = {
+        entry["hash"]: {**entry, "content": context.get_cached_data_array(entry["hash"], False)}
+        for entry in extract_array_hash(state)
+    }
+    return {"scene": state, "hashes": arrays}

@@ -1,0 +1,239 @@
+"""The 3-D view: the mesh with its elements, under the translucent surface of the mask."""
+
+from __future__ import annotations
+
+from ctypes.util import find_library
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import pyvista as pv
+
+from heartgen.errors import HeartgenError, InputError
+from heartgen.viewing.card import SURFACE_NAMES
+from heartgen.viewing.surfaces import (
+    MAX_TRIANGLES,
+    mask_surface,
+    mesh_edges,
+    mesh_surface,
+    to_mask,
+    to_mesh,
+)
+
+if TYPE_CHECKING:
+    from heartgen.pipeline import Personalization
+
+Colour = Literal["error", "quality", "region"]
+
+ERROR_LIMIT = 1.0
+"""Distance at the end of the colour scale, mm (paper, figure 5)."""
+
+REGION_COLOURS = {"lv_endo": "#d55e00", "rv_endo": "#e69f00", "epi": "#56b4e9", "base": "#f0e442"}
+"""Of the surfaces (palette of Okabe and Ito, 2008: safe for the colour-blind)."""
+
+MESH, MASK, DARK, LIGHT = "#d8dce2", "#e4572e", "#26303b", "#eef1f4"
+
+MASK_OPACITY = 0.6
+"""Opacity of the mask's surface at the error limit from the mesh; it fades to none where both
+agree, for there the two would show in patches as voxels decide."""
+
+EDGE_RADIUS = 0.0025
+"""Radius of the tubes that show element edges, over the size of the mesh."""
+
+TUBE_SIDES = 6
+SCALAR_BAR = {
+    "fmt": "%.1f",
+    "n_labels": 6,
+    "position_x": 0.25,
+    "position_y": 0.03,
+    "width": 0.5,
+    "height": 0.08,
+    "title_font_size": 20,
+    "label_font_size": 16,
+}
+LEGEND = {"bcolor": "white", "loc": "lower center", "size": (0.3, 0.12)}
+AMBIENT, SPECULAR, SPECULAR_POWER = 0.35, 0.15, 15.0
+"""Light of the surfaces: bright enough in browsers, a soft highlight to show the shape."""
+
+ELEVATION = 30.0
+"""Degrees above the plane across the long axis from which one looks, to see into the cavity."""
+
+AZIMUTH = -60.0
+"""Degrees around the long axis, from the wider axis of the pool, at which one stands."""
+
+VIEW_ANGLE = 30.0
+"""Degrees the camera sees; browsers know only this one, the default of VTK."""
+
+FILL = 1.05
+"""Height of the view over that of the ball around the mesh."""
+
+
+@dataclass(frozen=True)
+class Scale:
+    """A colour scale.
+
+    Attributes
+    ----------
+    title : str
+    colours : str
+        A perceptually uniform map of matplotlib.
+    limits : (float, float)
+    """
+
+    title: str
+    colours: str
+    limits: tuple[float, float]
+
+
+def colour_scale(color: str, error_limit: float = ERROR_LIMIT) -> Scale:
+    """Scale of a quantity: ``"error"`` in mm up to a limit, or ``"quality"``."""
+    if color == "error":
+        return Scale("distance to the mask (mm)", "viridis", (0.0, error_limit))
+    return Scale("Jacobian ratio of the element", "cividis", (0.0, 1.0))
+
+
+def plot(
+    result: Personalization,
+    *,
+    color: Colour | None = "error",
+    mask: bool = True,
+    edges: bool = True,
+    error_limit: float = ERROR_LIMIT,
+    off_screen: bool = False,
+    screenshot: str | Path | None = None,
+    window_size: tuple[int, int] = (900, 900),
+) -> pv.Plotter:
+    """Show the mesh over the mask's surface, the apex down.
+
+    Parameters
+    ----------
+    result : Personalization
+    color : {"error", "quality", "region"} or None
+        Distance to the mask's surface, Jacobian ratio of each element, surface of the mesh, or one
+        colour for all.
+    mask : bool
+        Show the mask's surface, translucent.
+    edges : bool
+        Show the edges of the elements.
+    error_limit : float
+        Distance at the end of the colour scale, mm.
+    off_screen : bool
+        Open no window: the scene is made, to be exported or changed further.
+    screenshot : path, optional
+        Write a picture there (PNG) instead of opening a window.
+    window_size : (int, int)
+        Pixels.
+
+    Returns
+    -------
+    pyvista.Plotter
+
+    Raises
+    ------
+    InputError
+        If there is no such colouring.
+    HeartgenError
+        If a picture is asked for where there is no graphics library.
+    """
+    if color not in ("error", "quality", "region", None):
+        raise InputError(f"colouring {color!r} is not known: choose error, quality or region")
+    with pv.vtk_verbosity("off"):  # that there is no screen is no news
+        plotter = pv.Plotter(
+            off_screen=off_screen or screenshot is not None, window_size=window_size
+        )
+    if screenshot is not None:
+        _require_graphics(plotter)
+    plotter.set_background("white")
+    _add_mesh(plotter, result, color, error_limit)
+    if edges:
+        size = result.mesh.lagrange_points().reshape(-1, 3)
+        radius = EDGE_RADIUS * float(np.ptp(size, axis=0).max())
+        tubes = mesh_edges(result.mesh).tube(radius=radius, n_sides=TUBE_SIDES)
+        shade = LIGHT if color == "error" else DARK
+        plotter.add_mesh(tubes, color=shade, smooth_shading=True, name="edges")
+    if mask:
+        _add_mask(plotter, result, error_limit)
+    _place_camera(plotter, result)
+    if screenshot is not None:
+        plotter.screenshot(screenshot)
+    elif not off_screen:
+        plotter.show()
+    return plotter
+
+
+def _require_graphics(plotter: pv.Plotter) -> None:
+    """Refuse to draw where VTK would crash: it falls back on OSMesa even where there is none."""
+    last_resort = plotter.render_window.GetClassName() == "vtkOSOpenGLRenderWindow"
+    if last_resort and find_library("OSMesa") is None:
+        raise HeartgenError(
+            "pictures of the mesh need a graphics library, and this machine has none: install "
+            "libegl1 and libgl1-mesa-dri, or make a page with view_html and open it in a browser"
+        )
+
+
+def _add_mesh(
+    plotter: pv.Plotter, result: Personalization, color: Colour | None, error_limit: float
+) -> None:
+    """The surface of the mesh in its colours, with their key."""
+    surface = mesh_surface(result.mesh)
+    look = {
+        "smooth_shading": True,
+        "ambient": AMBIENT,
+        "specular": SPECULAR,
+        "specular_power": SPECULAR_POWER,
+        "name": "mesh",
+    }
+    if color is None:
+        plotter.add_mesh(surface, color=MESH, **look)
+    elif color == "region":
+        names = list(result.mesh.topology.surfaces)
+        colours = np.array([pv.Color(REGION_COLOURS[name]).int_rgb for name in names])
+        surface.cell_data["colour"] = colours[surface["region"]].astype(np.uint8)
+        plotter.add_mesh(surface, scalars="colour", rgb=True, **look)
+        key = [[SURFACE_NAMES[name], REGION_COLOURS[name]] for name in names]
+        plotter.add_legend(key, face="rectangle", **LEGEND)
+    else:
+        if color == "error":
+            error = to_mask(surface.points, result.anatomy.myocardium)
+            surface.point_data["error"] = error.astype(np.float32)
+        scale = colour_scale(color, error_limit)
+        bar = {"title": scale.title, "color": DARK, **SCALAR_BAR}
+        plotter.add_mesh(
+            surface,
+            scalars=color,
+            cmap=scale.colours,
+            clim=scale.limits,
+            scalar_bar_args=bar,
+            **look,
+        )
+
+
+def _add_mask(plotter: pv.Plotter, result: Personalization, error_limit: float) -> None:
+    """The surface of the mask, the more visible the farther it is from the mesh."""
+    surface = mask_surface(result.anatomy.myocardium, MAX_TRIANGLES)
+    share = np.clip(to_mesh(surface.points, result.mesh) / error_limit, 0, 1)
+    rgba = np.empty((surface.n_points, 4), dtype=np.uint8)
+    rgba[:, :3] = pv.Color(MASK).int_rgb
+    rgba[:, 3] = np.round(255 * MASK_OPACITY * share)
+    surface.point_data["colour"] = rgba
+    actor = plotter.add_mesh(surface, scalars="colour", rgb=True, smooth_shading=True, name="mask")
+    actor.ForceTranslucentOn()
+
+
+def _place_camera(plotter: pv.Plotter, result: Personalization) -> None:
+    """Look at the mesh from the side and a little from above, the base up."""
+    points = result.anatomy.to_heart(result.mesh.lagrange_points().reshape(-1, 3))
+    centre = (points.min(0) + points.max(0)) / 2
+    radius = float(np.linalg.norm(points - centre, axis=1).max())
+    around, above = np.radians([AZIMUTH, ELEVATION])
+    towards = np.array(
+        [np.cos(around) * np.cos(above), np.sin(around) * np.cos(above), np.sin(above)]
+    )
+    eye = centre + FILL * radius / np.sin(np.radians(VIEW_ANGLE / 2)) * towards
+    place = result.anatomy.to_world(np.stack([centre, eye]))
+    plotter.camera.focal_point = place[0]
+    plotter.camera.position = place[1]
+    plotter.camera.up = result.anatomy.frame[:3, 2]
+    plotter.camera.view_angle = VIEW_ANGLE
+    plotter.reset_camera_clipping_range()

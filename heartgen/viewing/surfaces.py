@@ -1,0 +1,112 @@
+"""Surfaces of mesh and mask as VTK poly data, with what is shown on them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+
+from heartgen.assessment import isosurface
+from heartgen.images.levelset import LevelSet
+from heartgen.mesh import HexMesh
+from heartgen.mesh.closest import closest_points
+from heartgen.mesh.jacobian import jacobian_ratio
+from heartgen.mesh.surfaces import evaluate_faces, tessellate
+
+SUBDIVISION = 8
+"""Flat pieces of an element's edge: 4 degrees of a ring of 12 elements, which looks round."""
+
+INWARD = 1e-3
+"""Shift of the parameters at which normals are taken, off the pole, where a face has none."""
+
+MAX_TRIANGLES = 40_000
+"""Triangles of the mask's surface that a browser still turns with ease."""
+
+SAME = 1e-6
+"""Distance over the size of the mesh below which two element edges are one."""
+
+
+def mesh_surface(mesh: HexMesh, n: int = SUBDIVISION) -> pv.PolyData:
+    """External surface of a mesh.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+    n : int
+        Pieces per element edge.
+
+    Returns
+    -------
+    PolyData
+        Quadrilaterals, mm, world (LPS), with exact normals; cell arrays ``quality`` (Jacobian
+        ratio of the element) and ``region`` (place of the surface in `Topology.surfaces`).
+    """
+    faces = mesh.topology.external
+    points, quads = tessellate(mesh, faces, n)
+    t = np.clip(np.linspace(0, 1, n + 1), INWARD, 1 - INWARD)
+    v, u = np.meshgrid(t, t, indexing="ij")
+    _, area = evaluate_faces(mesh, faces, np.stack([u.ravel(), v.ravel()], -1))
+    normals = area / np.linalg.norm(area, axis=-1, keepdims=True)
+    sizes = [len(part) for part in mesh.topology.surfaces.values()]
+    surface = _poly_data(points, quads, normals.reshape(-1, 3))
+    surface.cell_data["quality"] = np.repeat(jacobian_ratio(mesh)[faces[:, 0]], n * n)
+    surface.cell_data["region"] = np.repeat(np.repeat(np.arange(len(sizes)), sizes), n * n)
+    return surface
+
+
+def mesh_edges(mesh: HexMesh, n: int = SUBDIVISION) -> pv.PolyData:
+    """Edges of the elements on the external surface: each once, as a line of `n` pieces."""
+    points, _ = tessellate(mesh, mesh.topology.external, n)
+    grid = points.reshape(-1, n + 1, n + 1, 3)
+    edges = np.concatenate([grid[:, 0], grid[:, -1], grid[:, :, 0], grid[:, :, -1]])
+    same = SAME * float(np.ptp(points, axis=0).max())
+    edges = edges[np.linalg.norm(np.diff(edges, axis=1), axis=-1).sum(1) > same]
+    middle = edges[:, n // 2] if n % 2 == 0 else edges[:, n // 2 : n // 2 + 2].mean(1)
+    _, first = np.unique(np.round(middle / same), axis=0, return_index=True)
+    edges = edges[first]
+    places = np.arange(edges.size // 3).reshape(-1, n + 1)
+    lines = np.insert(places, 0, n + 1, axis=1)
+    return pv.PolyData(edges.reshape(-1, 3).astype(np.float32), lines=lines.ravel())
+
+
+def mask_surface(myocardium: LevelSet, limit: int | None = None) -> pv.PolyData:
+    """Isosurface of the mask.
+
+    Parameters
+    ----------
+    myocardium : LevelSet
+        Zero on the surface.
+    limit : int, optional
+        Most triangles; a finer surface is thinned out.
+
+    Returns
+    -------
+    PolyData
+        Triangles, mm, world (LPS), with normals.
+    """
+    target = isosurface(myocardium)
+    surface = _poly_data(target.points, target.triangles, target.normals)
+    if limit is not None and surface.n_cells > limit:
+        surface = surface.decimate(1 - limit / surface.n_cells).compute_normals()
+    return surface
+
+
+def to_mask(points: NDArray[np.float64], myocardium: LevelSet) -> NDArray[np.float64]:
+    """Distance (n,), mm, of points (n, 3), mm, world (LPS), to the isosurface of the mask."""
+    measured = pv.PolyData(points).compute_implicit_distance(mask_surface(myocardium))
+    return np.abs(np.asarray(measured["implicit_distance"], dtype=float))
+
+
+def to_mesh(points: NDArray[np.float64], mesh: HexMesh) -> NDArray[np.float64]:
+    """Distance (n,), mm, of points (n, 3), mm, world (LPS), to the external surface of the mesh."""
+    return closest_points(mesh, mesh.topology.external, np.asarray(points, dtype=float)).distance
+
+
+def _poly_data(
+    points: NDArray[np.float64], faces: NDArray[np.intp], normals: NDArray[np.float64]
+) -> pv.PolyData:
+    """Poly data of polygons with an equal number of corners; single precision, for display."""
+    surface = pv.PolyData.from_regular_faces(points.astype(np.float32), faces)
+    surface.point_data["Normals"] = normals.astype(np.float32)
+    surface.point_data.active_normals_name = "Normals"
+    return surface

@@ -1,0 +1,39 @@
+"""What is one and what is not."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.testing import assert_array_equal
+
+from heartgen.formats.sharing import coincident
+from heartgen.formats.skeleton import COLLAPSED, skeleton
+
+PLACES = arrays(
+    float, st.tuples(st.integers(1, 30), st.integers(1, 3)), elements=st.integers(-2, 2)
+)
+
+
+@given(PLACES, st.integers(0, 2**32 - 1))
+def test_equal_places_get_equal_numbers_in_order_of_appearance(places, seed):
+    jitter = 1e-13 * np.random.default_rng(seed).standard_normal(places.shape)
+    number, first = coincident(places + jitter)
+    known = list(dict.fromkeys(map(tuple, places.tolist())))
+    assert number.tolist() == [known.index(tuple(place)) for place in places.tolist()]
+    assert_array_equal(places[first], known)
+    assert_array_equal(number[first], np.arange(len(known)))
+
+
+def test_every_face_has_one_or_two_elements_and_the_outer_ones_are_the_named(mesh):
+    faces = skeleton(mesh.topology).faces
+    users = np.bincount(faces[faces != COLLAPSED])
+    assert set(users) == {1, 2}
+    outside = mesh.topology.external
+    assert_array_equal(np.sort(faces[outside[:, 0], outside[:, 1]]), np.flatnonzero(users == 1))
+
+
+def test_only_the_pole_collapses(mesh):
+    faces = skeleton(mesh.topology).faces
+    assert_array_equal(np.argwhere(faces == COLLAPSED), np.sort(mesh.topology.collapsed, axis=0))
