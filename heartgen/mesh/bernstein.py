@@ -22,7 +22,10 @@ HERMITE_TO_BERNSTEIN = np.array(
 )
 """Bernstein coefficients (rows) of a cubic given by (value, slope) at 0 and at 1."""
 
-BERNSTEIN_TO_HERMITE = np.linalg.inv(HERMITE_TO_BERNSTEIN)
+BERNSTEIN_TO_HERMITE = np.array(
+    [[1, 0, 0, 0], [-3, 3, 0, 0], [0, 0, 0, 1], [0, 0, -3, 3]], dtype=float
+)
+"""The inverse: (value, slope) at 0 and at 1 from Bernstein coefficients."""
 
 
 def bernstein(t: NDArray[np.float64], degree: int = DEGREE) -> NDArray[np.float64]:

@@ -137,24 +137,22 @@ def _without_factor(det: NDArray[np.float64], axis: int, end: int) -> NDArray[np
 def _lower_bound(coefficients: NDArray[np.float64], enough: float) -> float:
     """Proven lower bound; subdivides until it exceeds `enough` or a corner value does not."""
     pieces = [coefficients]
-    bound = np.inf
+    decided = np.inf
     for _ in range(MAX_DEPTH):
-        undecided = []
-        for piece in pieces:
-            least = float(piece.min())
-            corner = float(
-                piece[:: piece.shape[0] - 1, :: piece.shape[1] - 1, :: piece.shape[2] - 1].min()
-            )
-            if corner <= enough:
-                return min(least, bound)
-            if least > enough:
-                bound = min(bound, least)
-            else:
-                undecided.append(piece)
-        if not undecided:
+        least = np.array([piece.min() for piece in pieces])
+        bound = min(decided, float(least.min()))
+        if bound > enough or any(_corners(piece).min() <= enough for piece in pieces):
             return bound
-        pieces = [half for piece in undecided for half in _octants(piece)]
-    return min(bound, min(float(p.min()) for p in pieces))
+        decided = min(decided, float(least[least > enough].min(initial=np.inf)))
+        open_ones = [piece for piece, low in zip(pieces, least, strict=True) if low <= enough]
+        pieces = [octant for piece in open_ones for octant in _octants(piece)]
+    return min(decided, min(float(piece.min()) for piece in pieces))
+
+
+def _corners(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Values at the eight corners: the corner coefficients."""
+    k, j, i = (n - 1 for n in coefficients.shape)
+    return coefficients[::k, ::j, ::i]
 
 
 def _octants(coefficients: NDArray[np.float64]) -> list[NDArray[np.float64]]:

@@ -119,7 +119,7 @@ def sections(report: Report) -> tuple[Section, ...]:
 
 def number(value: float) -> str:
     """A measurement with three significant digits, never in powers of ten above one."""
-    return f"{value:.{DIGITS}g}" if abs(value) < 10**DIGITS else f"{value:.0f}"
+    return f"{value:#.{DIGITS}g}".rstrip(".") if abs(value) < 10**DIGITS else f"{value:.0f}"
 
 
 def _elements(n: int) -> str:

@@ -86,9 +86,15 @@ def mask_surface(myocardium: LevelSet, limit: int | None = None) -> pv.PolyData:
     """
     target = isosurface(myocardium)
     surface = _poly_data(target.points, target.triangles, target.normals)
-    if limit is not None and surface.n_cells > limit:
-        surface = surface.decimate(1 - limit / surface.n_cells).compute_normals()
-    return surface
+    if limit is None or surface.n_cells <= limit:
+        return surface
+    thin = surface.decimate_pro(1 - limit / surface.n_cells)  # keeps some vertices, moves none
+    kept, corners = np.unique(thin.regular_faces, return_inverse=True)
+    points = np.asarray(thin.points[kept], dtype=float)
+    _, slope = myocardium.sample(points)
+    length = np.linalg.norm(slope, axis=1, keepdims=True)
+    normals = slope / np.maximum(length, np.finfo(float).tiny)
+    return _poly_data(points, corners.reshape(-1, 3), normals)
 
 
 def to_mask(points: NDArray[np.float64], myocardium: LevelSet) -> NDArray[np.float64]:

@@ -1,0 +1,126 @@
+"""How a command ends: with all its files, or with one sentence, an exit code and no file."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import typer
+from rich.console import Console
+
+from heartgen.errors import Cancelled, HeartgenError
+
+FAILED = 1
+"""Exit code of an error that has a sentence."""
+
+UNEXPECTED = 70
+"""Exit code of an error in heartgen itself (EX_SOFTWARE of BSD's sysexits.h)."""
+
+CANCELLED = 130
+"""Exit code after Ctrl-C: 128 plus the number of the signal, as shells have it."""
+
+errors = Console(stderr=True)
+"""Where progress and errors go: standard output is for results."""
+
+
+@contextmanager
+def told(debug: bool) -> Iterator[None]:
+    """Turn what goes wrong in the block into a sentence on standard error and an exit code.
+
+    Parameters
+    ----------
+    debug : bool
+        Show the traceback as well.
+
+    Raises
+    ------
+    typer.Exit
+        With the code.
+    """
+    try:
+        yield
+    except (KeyboardInterrupt, Cancelled):
+        _say("cancelled, nothing written")
+        raise typer.Exit(CANCELLED) from None
+    except HeartgenError as error:
+        if debug:
+            errors.print_exception()
+        _say(str(error))
+        raise typer.Exit(FAILED) from None
+    except Exception as error:
+        if debug:
+            errors.print_exception()
+        name = type(error).__name__
+        what = f"{name}: {error}" if str(error) else name
+        _say(
+            f"heartgen itself failed ({what}): please report what the same command prints with "
+            "--debug added, and attach the mask if it may be shared"
+        )
+        raise typer.Exit(UNEXPECTED) from None
+
+
+@contextmanager
+def appearing_together(folder: Path) -> Iterator[Path]:
+    """Lend an empty folder; its files move on into `folder` when the block has written them all.
+
+    Parameters
+    ----------
+    folder : Path
+        Created if absent. Files of the same names in it are replaced.
+
+    Yields
+    ------
+    Path
+        Where to write.
+
+    Raises
+    ------
+    HeartgenError
+        If the files cannot be written.
+    """
+    created = not folder.exists()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".heartgen-", dir=folder) as stage:
+            yield Path(stage)
+            for file in sorted(Path(stage).iterdir()):
+                file.replace(folder / file.name)
+                typer.echo(folder / file.name)
+    except OSError as error:
+        raise HeartgenError(
+            f"{folder}: the results cannot be written there ({error.strerror or error}): choose "
+            "a folder with free space in which you may write"
+        ) from error
+    finally:
+        if created:
+            with suppress(OSError):  # not empty: all is well
+                folder.rmdir()
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse a folder for results that could not be written, before the work is done."""
+    existing = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    if not existing.is_dir():
+        raise HeartgenError(f"{existing}: This is a file, not a folder: choose another one with -o.")
+    if not os.access(existing, os.W_OK | os.X_OK):
+        raise HeartgenError(f"{existing}: You may not write there: choose another folder with -o.")
+
+
+def check_picture(path: Path) -> None:
+    """Refuse a name for a picture that no picture can have."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    endings = FigureCanvasAgg.get_supported_filetypes()
+    if path.suffix[1:].lower() not in endings:
+        raise HeartgenError(
+            f"{path}: A picture cannot be written in this format: end the name in "
+            ".png, .pdf or .svg."
+        )
+
+
+def _say(text: str) -> None:
+    """One line on standard error."""
+    errors.print(text, style="bold red", markup=False, highlight=False, soft_wrap=True)

@@ -1,0 +1,157 @@
+"""What the commands show in the terminal: progress, findings, anatomy, report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from numpy.typing import NDArray
+from rich import box
+from rich.columns import Columns
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+from rich.table import Table
+from rich.text import Text
+
+from heartgen import pipeline
+from heartgen.anatomy import Anatomy
+from heartgen.cli.outcome import errors
+from heartgen.images import Finding, Mask
+from heartgen.report import Report
+from heartgen.viewing.card import Section, number, sections, verdict
+
+console = Console()
+
+STYLES = {"good": "bold green", "doubtful": "bold yellow", "bad": "bold red"}
+"""Of a verdict, by its level."""
+
+DIRECTIONS = (("left", "right"), ("posterior", "anterior"), ("superior", "inferior"))
+"""Where the axes of the world (LPS) point, and away from where."""
+
+SLANTED = 0.3
+"""Component of a unit vector from which its direction is worth a word (17 degrees)."""
+
+ML = 1000.0
+"""mm^3 in a millilitre."""
+
+
+@contextmanager
+def step_bars() -> Iterator[pipeline.Progress]:
+    """Show a bar for each step of the pipeline.
+
+    Yields
+    ------
+    callable
+        To be handed to `heartgen.personalize` as its `progress`.
+    """
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=errors) as bars:
+        tasks = {step: bars.add_task(step, total=1.0, start=False) for step in pipeline.STEPS}
+
+        def show(step: str, done: float) -> None:
+            bars.start_task(tasks[step])
+            bars.update(tasks[step], completed=done)
+
+        yield show
+
+
+def show_report(report: Report) -> None:
+    """Show all measures, what was noticed on the way, and the verdict."""
+    judged = verdict(report)
+    console.print()
+    console.print(Columns([_table(section) for section in sections(report)], padding=(0, 3)))
+    _show_findings(report.findings)
+    sentence = Text.assemble((report.name, "bold"), ": ", (judged.text, STYLES[judged.level]))
+    console.print(sentence, soft_wrap=True)
+
+
+def show_image(mask: Mask) -> None:
+    """Show how the image is made, and what its checks found."""
+    shape = " × ".join(map(str, mask.voxels.shape))
+    spacing = " × ".join(f"{s:.4g}" for s in mask.spacing)
+    axis = mask.stack_axis
+    stack = "no" if axis is None else f"along {'ijk'[axis]}, {int(mask.planes.sum())} with data"
+    rows = (
+        ("voxels", shape),
+        ("voxel size", f"{spacing} mm"),
+        ("stack of slices", stack),
+        ("volume of the mask", f"{number(mask.volume / ML)} ml"),
+    )
+    console.print(Text(mask.name, style="bold"))
+    console.print(_table(Section("Image", rows)))
+    if not mask.findings:
+        console.print("The checks of the image found nothing to mend.")
+    _show_findings(mask.findings)
+
+
+def show_anatomy(anatomy: Anatomy) -> None:
+    """Show what the shape analysis measured."""
+    cut = anatomy.base.truncation
+    sizes = (
+        ("length of the cavity", f"{number(anatomy.length)} mm"),
+        ("radius of the cavity", f"{number(anatomy.radius)} mm"),
+        ("wall at mid-height", f"{number(anatomy.wall_thickness)} mm"),
+        ("wall at the apex", f"{number(anatomy.apex_thickness)} mm"),
+        ("blood pool", f"{number(anatomy.pool_volume / ML)} ml"),
+        ("myocardium", f"{number(anatomy.wall_volume / ML)} ml"),
+    )
+    place = (
+        ("from apex to base", _direction(anatomy.frame[:3, 2])),
+        ("wider side", _direction(anatomy.frame[:3, 0])),
+        ("centre of the base", f"{_vector(anatomy.frame[:3, 3], 1)} mm"),
+        ("rim rises and falls by", f"{number(anatomy.base.irregularity)} mm"),
+        ("truncation", "none" if cut is None else f"{number(cut)} mm below the basal plane"),
+    )
+    console.print(_table(Section("Left ventricle", sizes)))
+    console.print(_table(Section("Place in the world (LPS)", place)))
+    _show_findings(anatomy.findings)
+
+
+def _show_findings(findings: tuple[Finding, ...]) -> None:
+    """A table of what checks saw, if they saw anything."""
+    if not findings:
+        return
+    table = Table(box=box.SIMPLE_HEAD, title="Findings", title_justify="left", title_style="bold")
+    table.add_column("check", no_wrap=True)
+    table.add_column("what was seen and done")
+    for finding in findings:
+        table.add_row(Text(finding.check), Text(finding.message))
+    console.print(table)
+
+
+def _table(section: Section) -> Table:
+    """A titled table of names and values."""
+    table = Table(
+        box=box.SIMPLE,
+        title=section.title,
+        title_justify="left",
+        title_style="bold",
+        show_header=False,
+        pad_edge=False,
+    )
+    table.add_column()
+    table.add_column(justify="right")
+    for name, value in section.rows:
+        table.add_row(Text(name), Text(value))
+    return table
+
+
+def _direction(unit: NDArray[np.float64]) -> str:
+    """A direction in words, the strongest first, and in numbers."""
+    words = [
+        DIRECTIONS[axis][int(unit[axis] < 0)]
+        for axis in np.argsort(-np.abs(unit))
+        if abs(unit[axis]) >= SLANTED
+    ]
+    return f"{', '.join(words)} {_vector(unit, 2)}"
+
+
+def _vector(components: NDArray[np.float64], digits: int) -> str:
+    """Three numbers in brackets."""
+    return "({})".format(", ".join(f"{c:.{digits}f}" for c in components))

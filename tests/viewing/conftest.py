@@ -1,0 +1,13 @@
+"""A result to look at: made once, on coarse voxels."""
+
+from __future__ import annotations
+
+import pytest
+
+import heartgen
+from heartgen import samples
+
+
+@pytest.fixture(scope="session")
+def result():
+    return heartgen.personalize(samples.lifelike_lv(2.0).mask)

@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from heartgen.viewing.card import number, sections, verdict
+
+
+def changed(report, *, mean=None, quality=None, invalid=0):
+    accuracy = report.accuracy if mean is None else replace(report.accuracy, mean=mean)
+    measured = replace(report.quality, valid=invalid == 0, invalid_elements=invalid)
+    if quality is not None:
+        measured = replace(measured, mean=quality)
+    return replace(report, accuracy=accuracy, quality=measured)
+
+
+def test_success_is_said(result):
+    judged = verdict(result.report)
+    assert judged.level == "good"
+    assert judged.text.startswith("success")
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"mean": 9.0}, "the mean error, 9.00 mm, is not below"),
+        ({"quality": 0.25}, "the mean quality, 0.250, is not above 0.33"),
+    ],
+)
+def test_valid_but_no_success_says_why(result, change, reason):
+    report = changed(result.report, **change)
+    judged = verdict(report)
+    assert judged.level == "doubtful"
+    assert not report.success
+    assert reason in judged.text
+
+
+def test_fold_outweighs_all_else(result):
+    judged = verdict(changed(result.report, invalid=1))
+    assert judged.level == "bad"
+    assert "1 element folds" in judged.text
+
+
+def test_every_surface_and_step_has_its_row(result):
+    rows = {name for section in sections(result.report) for name, _ in section.rows}
+    assert {"LV endocardium", "epicardium", "base", *result.report.seconds} <= rows
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.13, "0.130"), (1.375, "1.38"), (99.96, "100"), (1234.4, "1234"), (0.0, "0.00"), (-2.5, "-2.50")],
+)
+def test_numbers_are_written_plainly(value, text):
+    assert number(value) == text
