@@ -117,8 +117,11 @@ def test_label_selects_the_myocardium(mask_file, tmp_path, fitted):
     assert run("fit", path, "-o", tmp_path / "none").exit_code == 1
     outcome = run("fit", path, "-o", tmp_path / "both", "--label", 2, "--label", 3)
     assert outcome.exit_code == 0, outcome.output
-    reports = [json.loads((out / "report.json").read_text()) for out in (fitted[1], tmp_path / "both")]
-    assert reports[1]["accuracy"] == pytest.approx(reports[0]["accuracy"])
+    whole, parts = (
+        json.loads((out / "report.json").read_text()) for out in (fitted[1], tmp_path / "both")
+    )
+    assert parts["measurements"] == pytest.approx(whole["measurements"])
+    assert parts["accuracy"]["mean"] == pytest.approx(whole["accuracy"]["mean"])
 
 
 def test_valid_mesh_without_success_is_written_and_flagged(mask_file, tmp_path, monkeypatch):

@@ -87,10 +87,12 @@ def find_cavity(voxels: NDArray[np.bool_], spacing: NDArray[np.float64]) -> Cavi
             "no cavity found: the mask fills its convex hull; give a mask of the myocardium "
             "without the blood pool"
         )
-    pool = _without_channels(_grow(empty, depth, hull, spacing), spacing)
+    whole = _grow(empty, depth, hull, spacing)
+    pool = _without_channels(whole, spacing)
     muscle = _muscles(pool, hull, spacing, float(depth.max()))
     pool = pool | muscle
-    opening, leaks = _openings(pool, hull)
+    opening = _opening(pool, hull)
+    leaks = _leaks(whole, hull, opening, spacing, float(depth.max()))
     return Cavity(pool, opening, int((muscle & voxels).sum()), leaks)
 
 
@@ -165,8 +167,8 @@ def _without_channels(pool: NDArray[np.bool_], spacing: NDArray[np.float64]) -> 
     return np.asarray(pool & (inner_distance(~core, spacing) <= reach))
 
 
-def _openings(pool: NDArray[np.bool_], hull: NDArray[np.bool_]) -> tuple[NDArray[np.intp], int]:
-    """Largest patch of the pool's voxels next to the hull's outside, and how many others."""
+def _opening(pool: NDArray[np.bool_], hull: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Largest patch of the pool's voxels next to the outside of the hull."""
     lid = pool & ndi.binary_dilation(~hull)
     parts, count = ndi.label(lid, structure=_CONNECTED)
     if count == 0:
@@ -175,5 +177,18 @@ def _openings(pool: NDArray[np.bool_], hull: NDArray[np.bool_]) -> tuple[NDArray
             "valves so that the ventricle is open at the base"
         )
     sizes = ndi.sum_labels(lid, parts, np.arange(1, count + 1))
-    main = int(np.argmax(sizes)) + 1
-    return np.argwhere(parts == main), count - 1
+    return np.argwhere(parts == int(np.argmax(sizes)) + 1)
+
+
+def _leaks(
+    pool: NDArray[np.bool_],
+    hull: NDArray[np.bool_],
+    opening: NDArray[np.intp],
+    spacing: NDArray[np.float64],
+    inner_radius: float,
+) -> int:
+    """Number of places far from the opening where the pool, channels included, gets outside."""
+    away = np.ones_like(pool)
+    away[tuple(opening.T)] = False
+    far = inner_distance(away, spacing) > inner_radius
+    return int(ndi.label(pool & ndi.binary_dilation(~hull) & far, structure=_CONNECTED)[1])
