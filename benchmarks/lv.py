@@ -3,7 +3,8 @@
 usage: python -m benchmarks.lv FOLDER [--elements 1x12x6] [--lod 5] [--score SCORE.py] [-o OUT]
 
 Level of detail k is the state after k registration passes, so one run at level 5 gives all five
-(tests check that the meshes are the same as those of separate runs). With --score, an independent
+(tests check that the meshes are the same as those of separate runs); as in `personalize`, a level
+whose mesh folds is replaced by the one below it, which column "reached" tells. With --score, an independent
 script ``SCORE.py`` with a function ``score(mask, [mesh])`` measures the level-1 and level-5 meshes
 too. Writes OUT.csv (a line per case and level) and prints the table of the medians, the share of
 successes and certified meshes, the worst ten cases, and how error and quality move with the level.
@@ -29,6 +30,7 @@ from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.enhancement import enhance
 from heartgen.errors import HeartgenError
 from heartgen.formats import write_mesh
+from heartgen.mesh.validity import certify
 from heartgen.warping import warp
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -85,9 +87,11 @@ def fit(job: tuple[str, str, int, str | None]) -> list[dict[str, Any]]:
         return [{"case": case, "lod": k, "failure": str(error)} for k in range(1, lod + 1)]
     seconds = time.perf_counter() - start
     rows = []
+    mesh, warped, reached = None, None, 0
     for k, deformation in enumerate(result.deformations, start=1):
-        warped = warp(result.template, deformation)
-        mesh = enhance(warped)
+        candidate = warp(result.template, deformation)
+        if mesh is None or certify(enhance(candidate)).all_valid:
+            warped, mesh, reached = candidate, enhance(candidate), k
         accuracy = assess_accuracy(mesh, result.anatomy.myocardium, result.anatomy.wall_volume)
         quality = assess_quality(mesh)
         row = {
@@ -104,6 +108,7 @@ def fit(job: tuple[str, str, int, str | None]) -> list[dict[str, Any]]:
             "valid": quality.valid,
             "success": accuracy.mean < result.report.voxel_diagonal and quality.mean > 0.33,
             "dice": accuracy.dice,
+            "reached": reached,
             "links": len(deformation.maps),
             "seconds": seconds,
         }

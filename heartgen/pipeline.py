@@ -14,9 +14,10 @@ from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.enhancement import enhance
 from heartgen.errors import InputError
 from heartgen.formats import write_mesh, write_text
-from heartgen.images import Mask
+from heartgen.images import Finding, Mask
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import volume
+from heartgen.mesh.validity import certify
 from heartgen.registration import Deformation, register
 from heartgen.report import Measurements, Report
 from heartgen.templates import lv_template
@@ -181,7 +182,7 @@ def personalize(
             done,
         )
     with clock.step("warping"):
-        warped = warp(template, deformations[-1])
+        level, warped = _deepest_valid(template, deformations, options.enhance)
     with clock.step("enhancement"):
         mesh = enhance(warped) if options.enhance else warped
     with clock.step("assessment"):
@@ -196,11 +197,30 @@ def personalize(
         unenhanced_quality=unenhanced,
         measurements=_measurements(anatomy, mesh),
         voxel_diagonal=mask.voxel_diagonal,
-        fold_bound=deformations[-1].least_determinant(),
-        findings=mask.findings + anatomy.findings,
+        fold_bound=deformations[level - 1].least_determinant(),
+        findings=mask.findings + anatomy.findings + _fallen_back(options.lod, level),
         seconds=clock.seconds,
     )
     return Personalization(mask, options, anatomy, template, deformations, warped, mesh, report)
+
+
+def _deepest_valid(
+    template: HexMesh, deformations: tuple[Deformation, ...], straighten: bool
+) -> tuple[int, HexMesh]:
+    """Warped mesh of the highest level that is proven valid, and that level."""
+    for level in range(len(deformations), 0, -1):
+        warped = warp(template, deformations[level - 1])
+        if certify(enhance(warped) if straighten else warped).all_valid:
+            return level, warped
+    return len(deformations), warp(template, deformations[-1])
+
+
+def _fallen_back(lod: int, level: int) -> tuple[Finding, ...]:
+    """Tell the user when a level of detail could not be had."""
+    if level == lod:
+        return ()
+    message = f"level of detail {lod} folds an element: the mesh is that of level {level}"
+    return (Finding("level of detail", message),)
 
 
 class _Clock:

@@ -10,13 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import SimpleITK as sitk
+import SimpleITK
 from numpy.testing import assert_allclose, assert_array_equal
 from typer.testing import CliRunner
 
 import heartgen
 from heartgen import pipeline, samples
-from heartgen.cli import app
+from heartgen.cli.commands import app
 from heartgen.errors import Cancelled
 
 FILES = ["mesh.exf", "mesh.vtu", "report.json"]
@@ -31,9 +31,9 @@ def run(*arguments):
 
 def save(voxels, path, spacing=2.0):
     """Write an image with any values."""
-    image = sitk.GetImageFromArray(np.asarray(voxels, dtype=np.uint8).transpose(2, 1, 0))
+    image = SimpleITK.GetImageFromArray(np.asarray(voxels, dtype=np.uint8).transpose(2, 1, 0))
     image.SetSpacing([spacing] * 3)
-    sitk.WriteImage(image, str(path))
+    SimpleITK.WriteImage(image, str(path))
     return path
 
 
@@ -284,7 +284,8 @@ def test_interrupt_during_registration_writes_nothing(mask_file, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("missing", "arguments"), [("pyvista", ["demo"]), ("trame_vtk", ["demo"]), ("matplotlib", ["inspect", "x"])]
+    ("missing", "arguments"),
+    [("pyvista", ["demo"]), ("trame_vtk", ["demo"]), ("matplotlib", ["inspect", "x"])],
 )
 def test_missing_extra_is_told_with_its_remedy(missing, arguments, tmp_path):
     code = f"import sys; sys.modules[{missing!r}] = None; from heartgen.cli import main; main()"

@@ -1,5 +1,18 @@
 """The command line: ``heartgen fit``, ``heartgen inspect`` and ``heartgen demo``."""
 
-from heartgen.cli.commands import app, main
+from __future__ import annotations
 
-__all__ = ["app", "main"]
+import signal
+import sys
+
+
+def main() -> None:
+    """Run the command line."""
+    # Scripts start what ends in & deaf to interrupts: hear them, to be able to cancel cleanly.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        from heartgen.cli.commands import app
+
+        app(prog_name="heartgen")
+    except KeyboardInterrupt:
+        sys.exit(128 + signal.SIGINT)

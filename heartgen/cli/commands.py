@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -50,15 +50,10 @@ Truncate = Annotated[
     str,
     typer.Option(
         metavar="auto|off|MM",
-        help="Cut the base below the basal plane: where valves rise above it, never, or by so much.",
+        help="Cut the base below the basal plane: where valves rise, never, or by so much.",
     ),
 ]
 Debug = Annotated[bool, typer.Option("--debug", help="Show where in the code an error arose.")]
-
-
-def main() -> None:
-    """Run the command line."""
-    app(prog_name="heartgen")
 
 
 @app.command()
@@ -105,13 +100,14 @@ def fit(
         from heartgen.pipeline import Options
 
         check_folder(out)
-        options = Options(
-            lod=lod,
-            elements=_elements(elements),
-            truncate=_truncation(truncate),
-            enhance=not no_enhance,
-            depth=depth,  # type: ignore[arg-type]  # Options refuses what it does not know
-        )
+        choices: dict[str, Any] = {  # Options refuses what it does not know
+            "lod": lod,
+            "elements": _elements(elements),
+            "truncate": _truncation(truncate),
+            "enhance": not no_enhance,
+            "depth": depth,
+        }
+        options = Options(**choices)
         result = _personalized(read_mask(mask, label=_labels(label)), options)
         with appearing_together(out) as folder:
             result.write(folder)
@@ -195,9 +191,9 @@ def _personalized(mask: Mask, options: Options) -> Personalization:
     if not result.report.quality.valid:
         bad, of = result.report.quality.invalid_elements, result.mesh.n_elements
         raise MeshError(
-            f"{mask.name}: the mesh is not valid in {bad} of {of} elements, so nothing was written: "
-            "try a lower level of detail or other numbers of elements, and look at the mask with "
-            "heartgen inspect"
+            f"{mask.name}: the mesh is not valid in {bad} of {of} elements, so nothing was "
+            "written: try a lower level of detail or other numbers of elements, and look at the "
+            "mask with heartgen inspect"
         )
     return result
 
@@ -232,10 +228,10 @@ def _labels(given: list[str] | None) -> list[int | str] | None:
 def _write_mask(mask: Mask, path: Path) -> None:
     """Write a mask as an image that any viewer opens."""
     import numpy as np
-    import SimpleITK as sitk
+    import SimpleITK
 
-    image = sitk.GetImageFromArray(mask.voxels.astype(np.uint8).transpose(2, 1, 0))
+    image: Any = SimpleITK.GetImageFromArray(mask.voxels.astype(np.uint8).transpose(2, 1, 0))
     image.SetSpacing(mask.spacing.tolist())
     image.SetOrigin(mask.affine[:3, 3].tolist())
     image.SetDirection((mask.affine[:3, :3] / mask.spacing).ravel().tolist())
-    sitk.WriteImage(image, str(path), useCompression=True)
+    SimpleITK.WriteImage(image, str(path), useCompression=True)

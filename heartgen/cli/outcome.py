@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -19,8 +20,8 @@ FAILED = 1
 UNEXPECTED = 70
 """Exit code of an error in heartgen itself (EX_SOFTWARE of BSD's sysexits.h)."""
 
-CANCELLED = 130
-"""Exit code after Ctrl-C: 128 plus the number of the signal, as shells have it."""
+CANCELLED = 128 + signal.SIGINT
+"""Exit code after Ctrl-C, as shells have it: 130."""
 
 errors = Console(stderr=True)
 """Where progress and errors go: standard output is for results."""
@@ -104,7 +105,7 @@ def check_folder(folder: Path) -> None:
     """Refuse a folder for results that could not be written, before the work is done."""
     existing = next(place for place in (folder, *folder.absolute().parents) if place.exists())
     if not existing.is_dir():
-        raise HeartgenError(f"{existing}: This is a file, not a folder: choose another one with -o.")
+        raise HeartgenError(f"{existing}: This is a file, not a folder: choose another with -o.")
     if not os.access(existing, os.W_OK | os.X_OK):
         raise HeartgenError(f"{existing}: You may not write there: choose another folder with -o.")
 

@@ -3,7 +3,7 @@
 With f the patient's image, pulled back to the template by the current map, and m the template's, an
 update ``a`` of the displacement obeys ``m - f = grad f . a``. The displacement is trilinear on a
 grid of nodes; the update minimises the misfit plus the squared Laplacian of the displacement, by
-Gauss-Newton steps that are shortened until they fold nothing. Where a fold stands in the way, the
+Gauss-Newton steps, shortened until they fold nothing. Where a fold stands in the way, the
 map is frozen and the next one continues from there: the result is a chain of fold-free maps.
 """
 
@@ -38,9 +38,11 @@ With one weight for all passes the fine ones would follow the voxels' stairs."""
 MARGIN = (1.5, 5.0)
 """Room around the template: node spacings, plus voxels."""
 
-MAX_STEPS = 10
-SETTLED = 0.03
-"""Mean update of the surfaces, in voxels, below which a pass ends."""
+STEPS = 10
+SOLVER_STEPS = 20
+"""Gauss-Newton steps of a pass, and conjugate gradient steps in each. The numbers are fixed, and
+steps are shortened by folds alone: stopping rules would turn rounding errors into different meshes.
+"""
 
 SAFE = 0.2
 """Least local volume change of one map that is accepted."""
@@ -51,11 +53,8 @@ SHORT_STEP = 0.6
 MAX_LINKS = 6
 """Maps chained in one pass."""
 
-HALVINGS = 6
-"""Attempts to shorten a step that folds the map or raises the misfit."""
+SHORTEST_STEP = 0.01
 
-SOLVER_TOLERANCE = 0.05
-SOLVER_STEPS = 25
 SOLVER_SHIFT = 0.2
 """Share of the data term that stands for it in the preconditioner: most nodes carry no data."""
 
@@ -114,7 +113,7 @@ def register(
             active = GridMap.identity(grid)
         for link in range(MAX_LINKS):
             progress((number + link / MAX_LINKS) / lod)
-            active, stuck = _fit_map(samples.moved(frozen), active, voxel, SMOOTHNESS[number])
+            active, stuck = _fit_map(samples.moved(frozen), active, SMOOTHNESS[number])
             if not stuck:
                 break
             frozen, active = frozen.then(active), GridMap.identity(grid)
@@ -168,14 +167,8 @@ class _System:
         """Approximate solution for a residual (n, 3)."""
         return self.smoothing.solve(residual, self.smooth, SOLVER_SHIFT * self.per_node)
 
-    def misfit(self, value: NDArray[np.float64], total: NDArray[np.float64]) -> float:
-        """What the step has to lower."""
-        return float(self.weights @ value**2) + self.smooth * self.smoothing.energy(total)
 
-
-def _fit_map(
-    samples: Samples, start: GridMap, voxel: float, smoothness: float
-) -> tuple[GridMap, bool]:
+def _fit_map(samples: Samples, start: GridMap, smoothness: float) -> tuple[GridMap, bool]:
     """Gauss-Newton steps for one map; also whether a fold, not convergence, ended it."""
     grid, total = start.grid, start.displacement
     smoothing = Smoothing(grid.shape)
@@ -184,7 +177,7 @@ def _fit_map(
     supported = int(np.sum(np.diff(basis_t.indptr) > 0))
     value, slope = samples.patient(samples.points + basis @ total)
     folded = False
-    for _ in range(MAX_STEPS):
+    for _ in range(STEPS):
         diagonal = basis_t.power(2) @ (samples.weights[:, None] * slope**2)
         per_node = float(diagonal.sum()) / (3 * supported)
         smooth = smoothness * per_node / (smoothing.trace / grid.size)
@@ -193,25 +186,15 @@ def _fit_map(
             system.matrix,
             system.right(value, total),
             system.precondition,
-            SOLVER_TOLERANCE,
             SOLVER_STEPS,
         )
-        before = system.misfit(value, total)
         length, folded = 1.0, False
-        for _ in range(HALVINGS):
-            trial = total + length * update
-            value, slope = samples.patient(samples.points + basis @ trial)
-            folds = float(fold_bound(grid, trial).min()) < SAFE
-            folded |= folds
-            if not folds and system.misfit(value, trial) <= before:
-                break
-            length /= 2
-        else:
-            return GridMap(grid, total), folded
-        total = trial
-        if folded and length < SHORT_STEP:
+        while float(fold_bound(grid, total + length * update).min()) < SAFE:
+            length, folded = length / 2, True
+            if length < SHORTEST_STEP:
+                return GridMap(grid, total), True
+        total = total + length * update
+        if length < SHORT_STEP:
             return GridMap(grid, total), True
-        moved = length * float(np.mean(np.linalg.norm(basis @ update, axis=1)))
-        if moved < SETTLED * voxel:
-            break
+        value, slope = samples.patient(samples.points + basis @ total)
     return GridMap(grid, total), folded

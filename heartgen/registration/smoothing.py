@@ -43,10 +43,6 @@ class Smoothing:
         """L'L times node values (n, 3)."""
         return self._laplacian(self._laplacian(values))
 
-    def energy(self, values: Vectors) -> float:
-        """Squared norm of L times node values (n, 3)."""
-        return float(np.sum(self._laplacian(values) ** 2))
-
     def _laplacian(self, values: Vectors) -> Vectors:
         """Seven-point Laplacian of node values (n, 3)."""
         v = values.reshape(*self.shape, 3)
@@ -74,8 +70,7 @@ def conjugate_gradients(
     operator: Callable[[Vectors], Vectors],
     right: Vectors,
     precondition: Callable[[Vectors], Vectors],
-    tolerance: float,
-    max_steps: int,
+    steps: int,
 ) -> Vectors:
     """Preconditioned conjugate gradients from zero, for a symmetric positive definite operator.
 
@@ -85,9 +80,8 @@ def conjugate_gradients(
         Map (n, 3) to (n, 3).
     right : (n, 3) float64
         Right-hand side.
-    tolerance : float
-        Relative residual, in the preconditioner's norm, at which to stop.
-    max_steps : int
+    steps : int
+        Number of steps; fewer only if the residual vanishes.
 
     Returns
     -------
@@ -98,9 +92,9 @@ def conjugate_gradients(
     z = precondition(r)
     p = z.copy()
     rho = float(np.vdot(r, z))
-    goal = tolerance**2 * rho
-    for _ in range(max_steps):
-        if rho <= goal:
+    vanished = np.finfo(float).eps ** 2 * rho
+    for _ in range(steps):
+        if rho <= vanished:
             break
         q = operator(p)
         alpha = rho / float(np.vdot(p, q))

@@ -17,14 +17,14 @@ from typing import TYPE_CHECKING, Any
 import matplotlib
 import pyvista as pv
 from matplotlib.colors import to_hex
-from trame_vtk.modules.vtk.serializers import (
+from trame_vtk.modules.vtk.serializers import (  # type: ignore[import-untyped]
     SynchronizationContext,
     extract_array_hash,
     initialize_serializers,
     reference_id,
     serialize,
 )
-from trame_vtk.tools.vtksz2html import write_html
+from trame_vtk.tools.vtksz2html import write_html  # type: ignore[import-untyped]
 
 from heartgen.formats import write_text
 from heartgen.viewing.card import Section, sections, verdict
@@ -61,8 +61,8 @@ def view_html(result: Personalization, path: str | Path) -> Path:
         If it cannot be written.
     """
     scale = colour_scale("error")
-    plotter = plot(result, color="error", off_screen=True)
-    plotter.remove_scalar_bar(scale.title)
+    plotter: Any = plot(result, color="error", off_screen=True)
+    plotter.remove_scalar_bar()
     scene = _viewer(plotter)
     plotter.close()
     template = files("heartgen.viewing").joinpath("page.html").read_text(encoding="utf-8")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ctypes.util import find_library
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 import pyvista as pv
@@ -42,7 +42,7 @@ EDGE_RADIUS = 0.0025
 """Radius of the tubes that show element edges, over the size of the mesh."""
 
 TUBE_SIDES = 6
-SCALAR_BAR = {
+SCALAR_BAR: Any = {
     "fmt": "%.1f",
     "n_labels": 6,
     "position_x": 0.25,
@@ -52,7 +52,7 @@ SCALAR_BAR = {
     "title_font_size": 20,
     "label_font_size": 16,
 }
-LEGEND = {"bcolor": "white", "loc": "lower center", "size": (0.3, 0.12)}
+LEGEND: Any = {"bcolor": "white", "loc": "lower center", "size": (0.3, 0.12)}
 AMBIENT, SPECULAR, SPECULAR_POWER = 0.35, 0.15, 15.0
 """Light of the surfaces: bright enough in browsers, a soft highlight to show the shape."""
 
@@ -82,7 +82,7 @@ class Scale:
     """
 
     title: str
-    colours: str
+    colours: Literal["viridis", "cividis"]
     limits: tuple[float, float]
 
 
@@ -139,30 +139,30 @@ def plot(
     if color not in ("error", "quality", "region", None):
         raise InputError(f"colouring {color!r} is not known: choose error, quality or region")
     with pv.vtk_verbosity("off"):  # that there is no screen is no news
-        plotter = pv.Plotter(
-            off_screen=off_screen or screenshot is not None, window_size=window_size
+        plotter: Any = pv.Plotter(
+            off_screen=off_screen or screenshot is not None, window_size=list(window_size)
         )
-    if screenshot is not None:
+    if screenshot is not None or not (off_screen or plotter.notebook):
         _require_graphics(plotter)
     plotter.set_background("white")
     _add_mesh(plotter, result, color, error_limit)
     if edges:
-        size = result.mesh.lagrange_points().reshape(-1, 3)
-        radius = EDGE_RADIUS * float(np.ptp(size, axis=0).max())
-        tubes = mesh_edges(result.mesh).tube(radius=radius, n_sides=TUBE_SIDES)
+        lines = mesh_edges(result.mesh)
+        radius = EDGE_RADIUS * float(np.ptp(lines.points, axis=0).max())
+        tubes = lines.tube(radius=radius, n_sides=TUBE_SIDES)
         shade = LIGHT if color == "error" else DARK
         plotter.add_mesh(tubes, color=shade, smooth_shading=True, name="edges")
     if mask:
         _add_mask(plotter, result, error_limit)
     _place_camera(plotter, result)
     if screenshot is not None:
-        plotter.screenshot(screenshot)
+        plotter.screenshot(filename=screenshot)
     elif not off_screen:
         plotter.show()
-    return plotter
+    return cast("pv.Plotter", plotter)
 
 
-def _require_graphics(plotter: pv.Plotter) -> None:
+def _require_graphics(plotter: Any) -> None:
     """Refuse to draw where VTK would crash: it falls back on OSMesa even where there is none."""
     last_resort = plotter.render_window.GetClassName() == "vtkOSOpenGLRenderWindow"
     if last_resort and find_library("OSMesa") is None:
@@ -177,7 +177,7 @@ def _add_mesh(
 ) -> None:
     """The surface of the mesh in its colours, with their key."""
     surface = mesh_surface(result.mesh)
-    look = {
+    look: Any = {
         "smooth_shading": True,
         "ambient": AMBIENT,
         "specular": SPECULAR,
@@ -192,13 +192,13 @@ def _add_mesh(
         surface.cell_data["colour"] = colours[surface["region"]].astype(np.uint8)
         plotter.add_mesh(surface, scalars="colour", rgb=True, **look)
         key = [[SURFACE_NAMES[name], REGION_COLOURS[name]] for name in names]
-        plotter.add_legend(key, face="rectangle", **LEGEND)
+        plotter.add_legend(labels=key, face="rectangle", **LEGEND)
     else:
         if color == "error":
             error = to_mask(surface.points, result.anatomy.myocardium)
             surface.point_data["error"] = error.astype(np.float32)
         scale = colour_scale(color, error_limit)
-        bar = {"title": scale.title, "color": DARK, **SCALAR_BAR}
+        bar: Any = {"title": f"{scale.title}\n", "color": DARK, **SCALAR_BAR}
         plotter.add_mesh(
             surface,
             scalars=color,

@@ -1,4 +1,4 @@
-"""Three slices through a mask along the heart's own axes, with what the shape analysis made of it."""
+"""Three slices through a mask along the heart's own axes, with what the shape analysis found."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ def _sizes(anatomy: Anatomy) -> str:
 
 def _key() -> list[Patch | Line2D]:
     """What the colours mean."""
-    base = [("endocardium", ENDO, "-"), ("epicardium", EPI, "-"), ("end of the mesh at the base", BASE, "-")]
-    lines = [Line2D([], [], color=c, linestyle=s, linewidth=LINE, label=n) for n, c, s in base]
+    named = {"endocardium": ENDO, "epicardium": EPI, "end of the mesh at the base": BASE}
+    lines = [Line2D([], [], color=c, linewidth=LINE, label=name) for name, c in named.items()]
     axis = Line2D([], [], color=AXIS, linestyle=DASHES, label="long axis")
     return [Patch(color=MYOCARDIUM, label="mask"), *lines, axis]

@@ -100,7 +100,7 @@ def mask_surface(myocardium: LevelSet, limit: int | None = None) -> pv.PolyData:
 def to_mask(points: NDArray[np.float64], myocardium: LevelSet) -> NDArray[np.float64]:
     """Distance (n,), mm, of points (n, 3), mm, world (LPS), to the isosurface of the mask."""
     measured = pv.PolyData(points).compute_implicit_distance(mask_surface(myocardium))
-    return np.abs(np.asarray(measured["implicit_distance"], dtype=float))
+    return np.asarray(np.abs(measured["implicit_distance"]), dtype=float)
 
 
 def to_mesh(points: NDArray[np.float64], mesh: HexMesh) -> NDArray[np.float64]:
@@ -112,7 +112,8 @@ def _poly_data(
     points: NDArray[np.float64], faces: NDArray[np.intp], normals: NDArray[np.float64]
 ) -> pv.PolyData:
     """Poly data of polygons with an equal number of corners; single precision, for display."""
-    surface = pv.PolyData.from_regular_faces(points.astype(np.float32), faces)
+    rows = np.insert(faces, 0, faces.shape[1], axis=1)
+    surface = pv.PolyData(points.astype(np.float32), faces=rows.ravel())
     surface.point_data["Normals"] = normals.astype(np.float32)
     surface.point_data.active_normals_name = "Normals"
     return surface

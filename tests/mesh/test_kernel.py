@@ -102,7 +102,8 @@ def test_pole_is_one_point_with_one_tangent_plane(disturbed: HexMesh) -> None:
     for face_end, element_layer in ((0.0, 0), (1.0, disturbed.topology.shape[0] - 1)):
         at_pole = np.stack([np.linspace(0, 1, 7), np.zeros(7), np.full(7, face_end)], -1)
         row = np.flatnonzero(
-            (disturbed.topology.index[:, 2] == 0) & (disturbed.topology.index[:, 0] == element_layer)
+            (disturbed.topology.index[:, 2] == 0)
+            & (disturbed.topology.index[:, 0] == element_layer)
         )
         places = disturbed.evaluate(at_pole)[row].reshape(-1, 3)
         assert np.ptp(places, axis=0).max() < 1e-12
@@ -158,7 +159,7 @@ def test_refinement_leaves_the_geometry_unchanged(disturbed: HexMesh) -> None:
     for k in range(n3):
         for j in range(n2):
             for i in range(n1):
-                coarse = disturbed.evaluate((xi + [i, j, k]) / [n1, n2, n3])
+                coarse = disturbed.evaluate((xi + np.array([i, j, k])) / np.array([n1, n2, n3]))
                 assert np.abs(values[:, k, j, i] - coarse).max() < 1e-10
     assert volume(fine) == pytest.approx(enclosed_volume(fine), rel=1e-9)
     for name, faces in disturbed.topology.surfaces.items():
@@ -168,7 +169,8 @@ def test_refinement_leaves_the_geometry_unchanged(disturbed: HexMesh) -> None:
 
 
 def test_refined_structure_and_nodes() -> None:
-    mesh = HexMesh(np.zeros((cup_topology((1, 4, 2)).extraction.shape[1], 3)), cup_topology((1, 4, 2)))
+    topology = cup_topology((1, 4, 2))
+    mesh = HexMesh(np.zeros((len(topology.constant), 3)), topology)
     fine = mesh.refined(radial=2, circumferential=2, longitudinal=2).topology
     assert fine.shape == (2, 8, 4)
     assert len(np.unique(fine.index, axis=0)) == len(fine.index)

@@ -65,9 +65,7 @@ def test_chain_applies_its_maps_in_order() -> None:
     points = inside(g, 10)
     chain = Deformation().then(first).then(second)
     assert np.array_equal(chain(points), second(first(points)))
-    assert chain.least_determinant() == min(
-        first.least_determinant(), second.least_determinant()
-    )
+    assert chain.least_determinant() == min(first.least_determinant(), second.least_determinant())
 
 
 def test_smoothing_matches_its_spectrum() -> None:
@@ -75,7 +73,6 @@ def test_smoothing_matches_its_spectrum() -> None:
     rng = np.random.default_rng(0)
     a, b = rng.standard_normal((2, 120, 3))
     assert np.vdot(a, s.apply(b)) == pytest.approx(np.vdot(s.apply(a), b))
-    assert s.energy(a) == pytest.approx(np.vdot(a, s.apply(a)))
     assert np.abs(s.apply(np.ones((120, 3)))).max() < 1e-12
     dense = np.stack([s.apply(np.outer(e, [1, 0, 0]))[:, 0] for e in np.eye(120)])
     assert s.trace == pytest.approx(np.trace(dense))
@@ -89,5 +86,5 @@ def test_conjugate_gradients_solve() -> None:
     root = rng.standard_normal((30, 30))
     matrix = root @ root.T + np.eye(30)
     right = rng.standard_normal((30, 3))
-    x = conjugate_gradients(lambda v: matrix @ v, right, lambda r: r, 1e-12, 500)
+    x = conjugate_gradients(lambda v: matrix @ v, right, lambda r: r, 500)
     assert np.abs(matrix @ x - right).max() < 1e-7

@@ -49,7 +49,14 @@ def test_every_surface_and_step_has_its_row(result):
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(0.13, "0.130"), (1.375, "1.38"), (99.96, "100"), (1234.4, "1234"), (0.0, "0.00"), (-2.5, "-2.50")],
+    [
+        (0.13, "0.130"),
+        (1.375, "1.38"),
+        (99.96, "100"),
+        (1234.4, "1234"),
+        (0.0, "0.00"),
+        (-2.5, "-2.50"),
+    ],
 )
 def test_numbers_are_written_plainly(value, text):
     assert number(value) == text

@@ -8,7 +8,9 @@ import pytest
 
 from heartgen.errors import HeartgenError, InputError
 
-pv = pytest.importorskip("pyvista")
+pytest.importorskip("pyvista")
+
+import pyvista as pv
 
 from heartgen.viewing import plot
 
@@ -60,7 +62,7 @@ def test_mask_fades_where_the_mesh_fits(scene, result):
 
 
 def test_unknown_colouring_is_refused(result):
-    with pytest.raises(InputError, match="'colour'.*choose error, quality or region"):
+    with pytest.raises(InputError, match=r"'colour'.*choose error, quality or region"):
         plot(result, color="colour", off_screen=True)
 
 

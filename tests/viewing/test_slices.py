@@ -68,5 +68,7 @@ def test_slices_follow_the_heart_not_the_image():
     for turn in (None, 3):
         mask = samples.lifelike_lv(2.0, rotation=turn).mask
         figure = draw_slices(mask, analyse(mask))
-        areas.append([voxels.sum() * pixel for voxels, pixel in map(slice_of, [figure] * 3, range(3))])
+        areas.append(
+            [voxels.sum() * pixel for voxels, pixel in map(slice_of, [figure] * 3, range(3))]
+        )
     assert areas[1] == pytest.approx(areas[0], rel=0.06)
