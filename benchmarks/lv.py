@@ -4,8 +4,8 @@ usage: python -m benchmarks.lv FOLDER [--elements 1x12x6] [--lod 5] [--score SCO
 
 Level of detail k is the state after k registration passes, so one run at level 5 gives all five
 (tests check that the meshes are the same as those of separate runs); as in `personalize`, a level
-whose mesh folds is replaced by the one below it, which column "reached" tells. With --score, an independent
-script ``SCORE.py`` with a function ``score(mask, [mesh])`` measures the level-1 and level-5 meshes
+whose mesh folds is replaced by the one below it, which column "reached" tells. With --score, an
+independent script ``SCORE.py`` with a function ``score(mask, [mesh])`` measures the level-1 and level-5 meshes
 too. Writes OUT.csv (a line per case and level) and prints the table of the medians, the share of
 successes and certified meshes, the worst ten cases, and how error and quality move with the level.
 """
@@ -177,7 +177,8 @@ def _independent_lines(done: list[dict[str, Any]]) -> str:
             q = np.array([x["score_quality_mean"] for x in r])
             lines.append(
                 f"independent, level {k}: error median {np.median(e):.3f}, "
-                f"95 % {np.percentile(e, 95):.3f}, worst {e.max():.3f}; Q median {np.median(q):.3f}, worst {q.min():.3f}; "
+                f"95 % {np.percentile(e, 95):.3f}, worst {e.max():.3f}; "
+                f"Q median {np.median(q):.3f}, worst {q.min():.3f}; "
                 f"success {sum(x['score_success'] for x in r)}; folded points "
                 f"{sum(x['score_negative_points'] for x in r)}; our error differs by at most "
                 f"{100 * np.max(np.abs(ours / e - 1)):.1f} %"

@@ -29,7 +29,7 @@ Colour = Literal["error", "quality", "region"]
 ERROR_LIMIT = 1.0
 """Distance at the end of the colour scale, mm (paper, figure 5)."""
 
-REGION_COLOURS = {"lv_endo": "#d55e00", "rv_endo": "#e69f00", "epi": "#56b4e9", "base": "#f0e442"}
+REGION_COLOURS = {"lv_endo": "#d55e00", "rv_endo": "#e69f00", "epi": "#56b4e9", "base": "#009e73"}
 """Of the surfaces (palette of Okabe and Ito, 2008: safe for the colour-blind)."""
 
 MESH, MASK, DARK, LIGHT = "#d8dce2", "#e4572e", "#26303b", "#eef1f4"
@@ -52,7 +52,7 @@ SCALAR_BAR: Any = {
     "title_font_size": 20,
     "label_font_size": 16,
 }
-LEGEND: Any = {"bcolor": "white", "loc": "lower center", "size": (0.3, 0.12)}
+LEGEND: Any = {"bcolor": None, "loc": "lower left", "size": (0.28, 0.12)}
 AMBIENT, SPECULAR, SPECULAR_POWER = 0.35, 0.15, 15.0
 """Light of the surfaces: bright enough in browsers, a soft highlight to show the shape."""
 
