@@ -5,8 +5,8 @@ usage: python -m benchmarks.lv FOLDER [--elements 1x12x6] [--lod 5] [--score SCO
 Level of detail k is the state after k registration passes, so one run at level 5 gives all five
 (tests check that the meshes are the same as those of separate runs); as in `personalize`, a level
 whose mesh folds is replaced by the one below it, which column "reached" tells. With --score, an
-independent script ``SCORE.py`` with a function ``score(mask, [mesh])`` measures the level-1 and level-5 meshes
-too. Writes OUT.csv (a line per case and level) and prints the table of the medians, the share of
+independent script ``SCORE.py`` with a function ``score(mask, [mesh])`` measures the meshes of
+levels 1 and 5 too. Writes OUT.csv (a line per case and level) and prints the table of the medians, the share of
 successes and certified meshes, the worst ten cases, and how error and quality move with the level.
 """
 

@@ -14,7 +14,7 @@ from heartgen.mesh.jacobian import volume
 from heartgen.mesh.surfaces import sample_faces
 
 ORIENTATIONS = 6
-SAMPLES = 8
+SAMPLES = 5
 TRUE_NAMES = {"lv_endo": "endo", "epi": "epi"}
 
 

@@ -188,6 +188,7 @@ def test_bad_mask_is_told_in_a_sentence(name, command, tmp_path):
         (["fit", "text.nii", "-o", "out", "--truncate", "some"], "a distance in mm, auto or off"),
         (["fit", "text.nii", "-o", "out", "--depth", "deep"], "choose graded or linear"),
         (["inspect", "absent.nii"], "no such file"),
+        (["inspect", "text.nii", "--truncate", "some"], "a distance in mm, auto or off"),
         (["inspect", "text.nii", "-o", "picture.xyz"], "end the name in"),
         (["demo", "-o", "out", "--sample", "nobody"], "choose one of"),
     ],

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.ndimage as ndi
 from numpy.typing import NDArray
 
 from heartgen.anatomy.base import Base, Plane, find_base
@@ -114,7 +115,7 @@ def analyse(mask: Mask, truncate: float | str = "auto") -> Anatomy:
     spacing = mask.spacing
     voxel = float(np.prod(spacing) ** (1 / 3))
     cavity = find_cavity(mask.voxels, spacing)
-    solid = signed_distance(mask.voxels | cavity.pool, mask.affine)
+    solid = signed_distance(ndi.binary_fill_holes(mask.voxels | cavity.pool), mask.affine)
     pool = signed_distance(cavity.pool, mask.affine)
     wall_points = _centres(mask, mask.voxels & ~cavity.pool)
     pool_points = _centres(mask, cavity.pool)

@@ -25,11 +25,14 @@ MIN_DEPTH = 2.0
 RIVAL = 0.4
 """Inner radius over the largest pool's from which a second enclosed pool is a second ventricle."""
 
-MUSCLE_RADIUS = 0.25
+MUSCLE_RADIUS = 0.4
 """Papillary muscles and trabeculae up to this radius, over the pool's inner radius, are pool."""
 
 MUSCLE_DEPTH = 1.5
 """Voxels; what a closing adds in a thinner layer is rounding of the voxel surface, not muscle."""
+
+SECOND_OPENING = 0.25
+"""Size over the opening's from which a further opening is no pin-hole."""
 
 CHANNEL_RADIUS = 1.5
 """Voxels; narrower channels of the pool are pin-holes of the wall, not pool."""
@@ -93,7 +96,12 @@ def find_cavity(voxels: NDArray[np.bool_], spacing: NDArray[np.float64]) -> Cavi
     pool = pool | muscle
     opening = _opening(pool, hull)
     leaks = _leaks(whole, hull, opening, spacing, float(depth.max()))
-    return Cavity(pool, opening, int((muscle & voxels).sum()), leaks)
+    if max(leaks, default=0) > SECOND_OPENING * len(opening):
+        raise AnatomyError(
+            "the cavity is open at both ends: a left ventricle is open at the base and closed at "
+            "the apex; check that the mask reaches the apex"
+        )
+    return Cavity(pool, opening, int((muscle & voxels).sum()), len(leaks))
 
 
 def _grow(
@@ -186,9 +194,12 @@ def _leaks(
     opening: NDArray[np.intp],
     spacing: NDArray[np.float64],
     inner_radius: float,
-) -> int:
-    """Number of places far from the opening where the pool, channels included, gets outside."""
+) -> list[int]:
+    """Sizes of the places far from the opening where the pool, channels included, gets outside."""
     away = np.ones_like(pool)
     away[tuple(opening.T)] = False
     far = inner_distance(away, spacing) > inner_radius
-    return int(ndi.label(pool & ndi.binary_dilation(~hull) & far, structure=_CONNECTED)[1])
+    parts, _ = ndi.label(pool)
+    joined = parts == parts[tuple(opening[0])]
+    parts, _ = ndi.label(joined & ndi.binary_dilation(~hull) & far, structure=_CONNECTED)
+    return [int(size) for size in np.bincount(parts.ravel())[1:]]

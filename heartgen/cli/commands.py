@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
@@ -100,14 +100,13 @@ def fit(
         from heartgen.pipeline import Options
 
         check_folder(out)
-        choices: dict[str, Any] = {  # Options refuses what it does not know
-            "lod": lod,
-            "elements": _elements(elements),
-            "truncate": _truncation(truncate),
-            "enhance": not no_enhance,
-            "depth": depth,
-        }
-        options = Options(**choices)
+        options = Options(
+            lod=lod,
+            elements=_elements(elements),
+            truncate=_truncation(truncate),
+            enhance=not no_enhance,
+            depth=cast("Any", depth),  # Options refuses words it does not know
+        )
         result = _personalized(read_mask(mask, label=_labels(label)), options)
         with appearing_together(out) as folder:
             result.write(folder)
@@ -130,12 +129,14 @@ def inspect(
         from heartgen.cli.tables import console, show_anatomy, show_image
         from heartgen.formats import replacing
         from heartgen.images import read_mask
+        from heartgen.pipeline import Options
         from heartgen.viewing import draw_slices
 
         check_picture(picture)
+        options = Options(truncate=_truncation(truncate))
         image = read_mask(mask, label=_labels(label))
         show_image(image)
-        anatomy = analyse(image, _truncation(truncate))
+        anatomy = analyse(image, options.truncate)
         show_anatomy(anatomy)
         with replacing(picture) as temporary:
             draw_slices(image, anatomy).savefig(temporary, dpi=DPI)
@@ -210,8 +211,8 @@ def _elements(text: str) -> tuple[int, int, int]:
     return radial, circumferential, longitudinal
 
 
-def _truncation(text: str) -> float | str:
-    """A distance in mm, or a word that others judge."""
+def _truncation(text: str) -> Any:
+    """A distance in mm, or a word: `Options` refuses those it does not know."""
     try:
         return float(text)
     except ValueError:

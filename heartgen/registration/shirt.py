@@ -30,9 +30,9 @@ VOXELS_PER_LENGTH = 75.0
 """A level means voxels of an image at least this fine, over the length of the ventricle: small
 hearts and coarse images would otherwise lose their shape at the first levels."""
 
-SMOOTHNESS = (1.5, 2.5, 4.0, 8.0, 32.0)
+SMOOTHNESS = (1.0, 2.0, 4.0, 8.0, 32.0)
 """Weight of the Laplacian against the data in each pass, both normalised by their traces. The
-smallest detail it lets through is about spacing * weight^(1/4): 11, 10, 8.5, 6.7 and 4.8 voxels.
+smallest detail it lets through is about spacing * weight^(1/4): 10, 9.5, 8.5, 6.7 and 4.8 voxels.
 With one weight for all passes the fine ones would follow the voxels' stairs."""
 
 MARGIN = (1.5, 5.0)

@@ -42,6 +42,7 @@ EDGE_RADIUS = 0.0025
 """Radius of the tubes that show element edges, over the size of the mesh."""
 
 TUBE_SIDES = 6
+
 SCALAR_BAR: Any = {
     "fmt": "%.1f",
     "n_labels": 6,
@@ -52,7 +53,11 @@ SCALAR_BAR: Any = {
     "title_font_size": 20,
     "label_font_size": 16,
 }
+"""Below the mesh; places and sizes are shares of the window, letters are in points."""
+
 LEGEND: Any = {"bcolor": None, "loc": "lower left", "size": (0.28, 0.12)}
+"""Size as a share of the window."""
+
 AMBIENT, SPECULAR, SPECULAR_POWER = 0.35, 0.15, 15.0
 """Light of the surfaces: bright enough in browsers, a soft highlight to show the shape."""
 

@@ -135,3 +135,19 @@ def test_distance_continues_outside_the_grid() -> None:
     value, slope = level.sample(np.array([[24.5, 24.5, 90.0]]))
     assert value[0] == pytest.approx(90 - 24.5 - 15, abs=0.5)
     assert slope[0] @ [0, 0, 1] > 0.9
+
+
+def test_tube_open_at_both_ends_is_refused() -> None:
+    grid = np.stack(np.meshgrid(*[np.arange(60.0)] * 3, indexing="ij"), -1) - 29.5
+    r = np.linalg.norm(grid[..., :2], axis=-1)
+    tube = (r < 24) & (r > 15) & (np.abs(grid[..., 2]) < 26)
+    with pytest.raises(AnatomyError, match="open at both ends"):
+        analyse(Mask(tube, np.eye(4)))
+
+
+def test_papillary_muscles_belong_to_the_pool() -> None:
+    sample = samples.load("papillary")
+    found = analyse(sample.mask)
+    assert found.pool_volume == pytest.approx(sample.truth.cavity_volume, rel=0.03)
+    clean = analyse(samples.load("lifelike").mask)
+    assert "papillary muscles" not in {f.check for f in clean.findings}
