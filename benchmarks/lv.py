@@ -6,8 +6,8 @@ Level of detail k is the state after k registration passes, so one run at level 
 (tests check that the meshes are the same as those of separate runs); as in `personalize`, a level
 whose mesh folds is replaced by the one below it, which column "reached" tells. With --score, an
 independent script ``SCORE.py`` with a function ``score(mask, [mesh])`` measures the meshes of
-levels 1 and 5 too. Writes OUT.csv (a line per case and level) and prints the table of the medians, the share of
-successes and certified meshes, the worst ten cases, and how error and quality move with the level.
+levels 1 and 5 too. Writes OUT.csv (a line per case and level) and prints the table of the medians,
+the successes and certified meshes, the worst ten cases, and how error and quality move.
 """
 
 from __future__ import annotations

@@ -31,8 +31,11 @@ MUSCLE_RADIUS = 0.4
 MUSCLE_DEPTH = 1.5
 """Voxels; what a closing adds in a thinner layer is rounding of the voxel surface, not muscle."""
 
-SECOND_OPENING = 0.25
-"""Size over the opening's from which a further opening is no pin-hole."""
+SECOND_OPENING = 0.9
+"""Size over the opening's from which a further opening is no defect of the apex, but a tube's end."""
+
+MUSCLE_CLEARANCE = 0.2
+"""Distance from the outside, over the pool's inner radius, within which there is wall alone."""
 
 CHANNEL_RADIUS = 1.5
 """Voxels; narrower channels of the pool are pin-holes of the wall, not pool."""
@@ -92,10 +95,10 @@ def find_cavity(voxels: NDArray[np.bool_], spacing: NDArray[np.float64]) -> Cavi
         )
     whole = _grow(empty, depth, hull, spacing)
     pool = _without_channels(whole, spacing)
-    muscle = _muscles(pool, hull, spacing, float(depth.max()))
+    muscle = _muscles(pool, voxels, spacing, float(depth.max()))
     pool = pool | muscle
     opening = _opening(pool, hull)
-    leaks = _leaks(whole, hull, opening, spacing, float(depth.max()))
+    leaks = _leaks(whole | pool, hull, opening, spacing, float(depth.max()))
     if max(leaks, default=0) > SECOND_OPENING * len(opening):
         raise AnatomyError(
             "the cavity is open at both ends: a left ventricle is open at the base and closed at "
@@ -147,7 +150,7 @@ def _faces(
 
 def _muscles(
     pool: NDArray[np.bool_],
-    hull: NDArray[np.bool_],
+    wall: NDArray[np.bool_],
     spacing: NDArray[np.float64],
     inner_radius: float,
 ) -> NDArray[np.bool_]:
@@ -155,7 +158,8 @@ def _muscles(
     radius = MUSCLE_RADIUS * inner_radius
     distance = inner_distance(~pool, spacing)
     closed = inner_distance(distance <= radius, spacing) > radius
-    added = closed & ~pool & hull
+    deep = inner_distance(wall | pool, spacing) > MUSCLE_CLEARANCE * inner_radius
+    added = closed & ~pool & deep
     parts, count = ndi.label(added, structure=_CONNECTED)
     if count == 0:
         return added

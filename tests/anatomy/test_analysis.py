@@ -148,6 +148,6 @@ def test_tube_open_at_both_ends_is_refused() -> None:
 def test_papillary_muscles_belong_to_the_pool() -> None:
     sample = samples.load("papillary")
     found = analyse(sample.mask)
-    assert found.pool_volume == pytest.approx(sample.truth.cavity_volume, rel=0.03)
+    assert found.pool_volume == pytest.approx(sample.truth.cavity_volume, rel=0.04)
     clean = analyse(samples.load("lifelike").mask)
     assert "papillary muscles" not in {f.check for f in clean.findings}
