@@ -32,7 +32,7 @@ MUSCLE_DEPTH = 1.5
 """Voxels; what a closing adds in a thinner layer is rounding of the voxel surface, not muscle."""
 
 SECOND_OPENING = 0.9
-"""Size over the opening's from which a further opening is no defect of the apex, but a tube's end."""
+"""Size over the opening's from which a further opening is the other end of a tube."""
 
 MUSCLE_CLEARANCE = 0.2
 """Distance from the outside, over the pool's inner radius, within which there is wall alone."""
