@@ -7,6 +7,8 @@ BIN   := $(VENV)/bin
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
+# The same text everywhere, whatever the locale.
+export PYTHONUTF8 := 1
 .PHONY: help demo test check bench format lock clean
 
 help: ## list these commands

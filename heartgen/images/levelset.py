@@ -23,6 +23,10 @@ exceeds it counts towards the distance."""
 TIE = 1e-9
 """Relative difference below which two squared distances count as equal."""
 
+SETTLING_ROUNDS = 2
+"""Rounds in which each voxel tries the surface points of all 26 neighbours: the sweeps, which look
+at six, can miss the nearest one, and which they miss depends on the order of the axes."""
+
 MAX_ROUNDS = 4
 """Rounds of eight sweeps; two suffice in practice, the second finding nothing to change."""
 
@@ -93,6 +97,8 @@ def signed_distance(inside: NDArray[np.bool_], affine: NDArray[np.float64]) -> L
     seeds, normals, owner = _crossings(smooth, affine)
     metric = np.ascontiguousarray(affine[:3, :3])
     nearest = _sweep(owner, seeds, normals, metric)
+    for _ in range(SETTLING_ROUNDS):
+        nearest = _settle(nearest, seeds, normals, metric)
     reach = PLANE_REACH * float(np.min(np.linalg.norm(metric, axis=0)))
     values = _distances(nearest, seeds, normals, metric, smooth > INSIDE, reach)
     return LevelSet(values, affine)
@@ -210,6 +216,34 @@ def _sweep(owner, seeds, normals, metric):  # type: ignore[no-untyped-def]
         if not changed:
             break
     return owner
+
+
+@nb.njit(cache=True, parallel=True)
+def _settle(owner, seeds, normals, metric):  # type: ignore[no-untyped-def]
+    """Best of each voxel's own and its 26 neighbours' surface points."""
+    nx, ny, nz = owner.shape
+    out = owner.copy()
+    for i in nb.prange(nx):
+        for j in range(ny):
+            for k in range(nz):
+                best = owner[i, j, k]
+                least = _squared(seeds[best], i, j, k, metric)
+                height = abs(_height(seeds[best], normals[best], i, j, k, metric))
+                for a in range(max(i - 1, 0), min(i + 2, nx)):
+                    for b in range(max(j - 1, 0), min(j + 2, ny)):
+                        for c in range(max(k - 1, 0), min(k + 2, nz)):
+                            other = owner[a, b, c]
+                            if other == best:
+                                continue
+                            d = _squared(seeds[other], i, j, k, metric)
+                            if d > least * (1 + TIE):
+                                continue
+                            new = abs(_height(seeds[other], normals[other], i, j, k, metric))
+                            if d > least * (1 - TIE) and new >= height * (1 - TIE):
+                                continue
+                            least, height, best = d, new, other
+                out[i, j, k] = best
+    return out
 
 
 @nb.njit(cache=True, parallel=True)

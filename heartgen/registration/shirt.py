@@ -39,6 +39,11 @@ MARGIN = (1.5, 5.0)
 """Room around the template: node spacings, plus voxels."""
 
 STEPS = 10
+FULL_STEPS = 3
+RELAXED = 0.5
+"""Length of the steps after the first ones: full steps overshoot on noisy surfaces, and then
+amplify rounding errors."""
+
 SOLVER_STEPS = 20
 """Gauss-Newton steps of a pass, and conjugate gradient steps in each. The numbers are fixed, and
 steps are shortened by folds alone: stopping rules would turn rounding errors into different meshes.
@@ -177,7 +182,7 @@ def _fit_map(samples: Samples, start: GridMap, smoothness: float) -> tuple[GridM
     supported = int(np.sum(np.diff(basis_t.indptr) > 0))
     value, slope = samples.patient(samples.points + basis @ total)
     folded = False
-    for _ in range(STEPS):
+    for step in range(STEPS):
         diagonal = basis_t.power(2) @ (samples.weights[:, None] * slope**2)
         per_node = float(diagonal.sum()) / (3 * supported)
         smooth = smoothness * per_node / (smoothing.trace / grid.size)
@@ -188,13 +193,13 @@ def _fit_map(samples: Samples, start: GridMap, smoothness: float) -> tuple[GridM
             system.precondition,
             SOLVER_STEPS,
         )
-        length, folded = 1.0, False
+        length, folded = 1.0 if step < FULL_STEPS else RELAXED, False
         while float(fold_bound(grid, total + length * update).min()) < SAFE:
             length, folded = length / 2, True
             if length < SHORTEST_STEP:
                 return GridMap(grid, total), True
         total = total + length * update
-        if length < SHORT_STEP:
+        if folded and length < SHORT_STEP:
             return GridMap(grid, total), True
         value, slope = samples.patient(samples.points + basis @ total)
     return GridMap(grid, total), folded
