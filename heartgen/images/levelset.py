@@ -49,7 +49,7 @@ class LevelSet:
     def sample(
         self, points: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Evaluate by trilinear interpolation.
+        """Evaluate by Catmull-Rom interpolation, which has a continuous gradient.
 
         Parameters
         ----------
@@ -66,7 +66,7 @@ class LevelSet:
         inverse = np.linalg.inv(self.affine)
         index = np.ascontiguousarray(points @ inverse[:3, :3].T + inverse[:3, 3])
         inside = np.clip(index, 0, np.array(self.values.shape) - 1.0)
-        values, slope = _trilinear(self.values, inside)
+        values, slope = _tricubic(self.values, inside)
         gradient = slope @ inverse[:3, :3]
         beyond = (index - inside) @ self.affine[:3, :3].T
         far = np.linalg.norm(beyond, axis=1)
@@ -263,28 +263,39 @@ def _distances(nearest, seeds, normals, metric, inside, reach):  # type: ignore[
 
 
 @nb.njit(cache=True)
-def _trilinear(values, index):  # type: ignore[no-untyped-def]
-    """Trilinear values and index-space gradients at points inside the grid."""
+def _tricubic(values, index):  # type: ignore[no-untyped-def]
+    """Catmull-Rom values and index-space gradients at points inside the grid."""
     n = len(index)
     out = np.empty(n)
     slope = np.empty((n, 3))
-    nx, ny, nz = values.shape
+    weight = np.empty((3, 4))
+    change = np.empty((3, 4))
+    first = np.empty(3, dtype=np.int64)
     for p in range(n):
-        i = min(int(index[p, 0]), nx - 2)
-        j = min(int(index[p, 1]), ny - 2)
-        k = min(int(index[p, 2]), nz - 2)
-        a, b, c = index[p, 0] - i, index[p, 1] - j, index[p, 2] - k
-        v000, v100 = values[i, j, k], values[i + 1, j, k]
-        v010, v110 = values[i, j + 1, k], values[i + 1, j + 1, k]
-        v001, v101 = values[i, j, k + 1], values[i + 1, j, k + 1]
-        v011, v111 = values[i, j + 1, k + 1], values[i + 1, j + 1, k + 1]
-        x00, x10 = v000 + a * (v100 - v000), v010 + a * (v110 - v010)
-        x01, x11 = v001 + a * (v101 - v001), v011 + a * (v111 - v011)
-        y0, y1 = x00 + b * (x10 - x00), x01 + b * (x11 - x01)
-        out[p] = y0 + c * (y1 - y0)
-        low = (v100 - v000) + b * ((v110 - v010) - (v100 - v000))
-        high = (v101 - v001) + b * ((v111 - v011) - (v101 - v001))
-        slope[p, 0] = low + c * (high - low)
-        slope[p, 1] = (x10 - x00) + c * ((x11 - x01) - (x10 - x00))
-        slope[p, 2] = y1 - y0
+        for x in range(3):
+            first[x] = max(min(int(index[p, x]), values.shape[x] - 2), 0)
+            t = index[p, x] - first[x]
+            weight[x, 0] = ((-0.5 * t + 1.0) * t - 0.5) * t
+            weight[x, 1] = (1.5 * t - 2.5) * t * t + 1.0
+            weight[x, 2] = ((-1.5 * t + 2.0) * t + 0.5) * t
+            weight[x, 3] = (0.5 * t - 0.5) * t * t
+            change[x, 0] = (-1.5 * t + 2.0) * t - 0.5
+            change[x, 1] = (4.5 * t - 5.0) * t
+            change[x, 2] = (-4.5 * t + 4.0) * t + 0.5
+            change[x, 3] = (1.5 * t - 1.0) * t
+        v, g0, g1, g2 = 0.0, 0.0, 0.0, 0.0
+        for a in range(4):
+            i = min(max(first[0] + a - 1, 0), values.shape[0] - 1)
+            for b in range(4):
+                j = min(max(first[1] + b - 1, 0), values.shape[1] - 1)
+                line, rise = 0.0, 0.0
+                for c in range(4):
+                    k = min(max(first[2] + c - 1, 0), values.shape[2] - 1)
+                    line += weight[2, c] * values[i, j, k]
+                    rise += change[2, c] * values[i, j, k]
+                v += weight[0, a] * weight[1, b] * line
+                g0 += change[0, a] * weight[1, b] * line
+                g1 += weight[0, a] * change[1, b] * line
+                g2 += weight[0, a] * weight[1, b] * rise
+        out[p], slope[p, 0], slope[p, 1], slope[p, 2] = v, g0, g1, g2
     return out, slope
