@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from heartgen import samples
-    from heartgen.images import Mask, mask_from_array, read_mask
+    from heartgen.images import Mask, mask_from_array, read_labels, read_mask
     from heartgen.mesh import HexMesh
-    from heartgen.pipeline import Options, Personalization, personalize
+    from heartgen.pipeline import Options, Personalization, personalize, personalize_levels
 
 __version__ = "0.1.0"
 
@@ -21,6 +21,8 @@ __all__ = [
     "__version__",
     "mask_from_array",
     "personalize",
+    "personalize_levels",
+    "read_labels",
     "read_mask",
     "samples",
 ]
@@ -32,6 +34,8 @@ _HOMES = {
     "Personalization": "heartgen.pipeline",
     "mask_from_array": "heartgen.images",
     "personalize": "heartgen.pipeline",
+    "personalize_levels": "heartgen.pipeline",
+    "read_labels": "heartgen.images",
     "read_mask": "heartgen.images",
 }
 

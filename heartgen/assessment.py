@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
-from skimage import measure
 
+from heartgen.images.isosurface import Isosurface, isosurface
 from heartgen.images.levelset import LevelSet
 from heartgen.mesh.closest import closest_points
 from heartgen.mesh.hexmesh import HexMesh
@@ -28,27 +28,6 @@ OVERLAP_GAUSS = (10, 10, 8)
 
 
 @dataclass(frozen=True)
-class Isosurface:
-    """Triangulated surface of the mask, the reference for the fitting error.
-
-    Attributes
-    ----------
-    points : (n, 3) float64
-        Vertices, mm, world (LPS).
-    triangles : (t, 3) int
-    weights : (n,) float64
-        Area that each vertex stands for, mm^2.
-    normals : (n, 3) float64
-        Unit normals.
-    """
-
-    points: NDArray[np.float64]
-    triangles: NDArray[np.intp]
-    weights: NDArray[np.float64]
-    normals: NDArray[np.float64]
-
-
-@dataclass(frozen=True)
 class Accuracy:
     """Distances between mesh and mask, mm.
 
@@ -61,7 +40,8 @@ class Accuracy:
     symmetric_mean : float
         Mean of both directions.
     by_surface : dict of str to float
-        Mean error of the isosurface's points nearest to each named surface.
+        Mean error of the isosurface's points nearest to each named surface, and to the lowest row
+        of the right ventricle's endocardium, its apex.
     dice : float
         Overlap of mesh and mask.
     """
@@ -166,38 +146,24 @@ def assess_accuracy(mesh: HexMesh, myocardium: LevelSet, wall_volume: float) -> 
         reverse_p95=_percentile(back, area, 95),
         symmetric_mean=(mean + reverse) / 2,
         by_surface={
-            name: _mean(nearest.distance[hit == name], target.weights[hit == name])
-            for name in mesh.topology.surfaces
-            if np.any(hit == name)
+            name: _mean(nearest.distance[part], target.weights[part])
+            for name, part in _parts(mesh, faces[nearest.face], hit).items()
+            if np.any(part)
         },
         dice=_dice(mesh, myocardium, wall_volume),
     )
 
 
-def isosurface(myocardium: LevelSet) -> Isosurface:
-    """Triangulated zero level of a level function, in the world.
-
-    Parameters
-    ----------
-    myocardium : LevelSet
-        Negative inside.
-
-    Returns
-    -------
-    Isosurface
-    """
-    surface = measure.marching_cubes(myocardium.values, 0.0)  # type: ignore[no-untyped-call]
-    vertices, triangles = surface[:2]
-    affine = myocardium.affine
-    points = vertices.astype(float) @ affine[:3, :3].T + affine[:3, 3]
-    corners = points[triangles]
-    area = np.linalg.norm(
-        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-    )
-    weights = np.bincount(triangles.ravel(), np.repeat(area / 6, 3), len(points)).astype(float)
-    _, slope = myocardium.sample(points)
-    normals = slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-12)
-    return Isosurface(points, triangles.astype(np.intp), weights, normals)
+def _parts(
+    mesh: HexMesh, faces: NDArray[np.intp], names: NDArray[np.str_]
+) -> dict[str, NDArray[np.bool_]]:
+    """Which points (n,), each nearest to a face of a named surface, belong to which part."""
+    parts = {name: names == name for name in mesh.topology.surfaces}
+    if "right ventricle" in mesh.topology.parts:
+        right = mesh.topology.index[mesh.topology.parts["right ventricle"]]
+        row = mesh.topology.index[faces[:, 0], 2]
+        parts["rv_apex"] = parts["rv_endo"] & (row == right[:, 2].min())
+    return parts
 
 
 def _distance_to(target: Isosurface, points: NDArray[np.float64]) -> NDArray[np.float64]:

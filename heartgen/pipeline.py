@@ -1,13 +1,15 @@
-"""`personalize`: from mask to mesh in four steps (paper, figure 1)."""
+"""`personalize`: from mask to mesh in four steps (paper, figure 1), and a refinement."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
 
 from heartgen.anatomy import Anatomy, analyse
 from heartgen.assessment import assess_accuracy, assess_quality
@@ -16,11 +18,12 @@ from heartgen.errors import InputError
 from heartgen.formats import write_mesh, write_text
 from heartgen.images import Finding, Mask
 from heartgen.mesh import HexMesh
-from heartgen.mesh.jacobian import volume
+from heartgen.mesh.jacobian import jacobian_ratio, volume
 from heartgen.mesh.validity import certify
+from heartgen.refinement import patient_of, refine, weights_for
 from heartgen.registration import Deformation, register
-from heartgen.report import Measurements, Report
-from heartgen.templates import lv_template
+from heartgen.report import Measurements, Report, RightMeasurements
+from heartgen.templates import biventricular_template, lv_template
 from heartgen.warping import warp
 
 if TYPE_CHECKING:
@@ -28,7 +31,29 @@ if TYPE_CHECKING:
 
     import pyvista
 
-STEPS = ("shape analysis", "template", "registration", "warping", "enhancement", "assessment")
+STEPS = (
+    "shape analysis",
+    "template",
+    "registration",
+    "warping",
+    "enhancement",
+    "refinement",
+    "assessment",
+)
+
+LV_ELEMENTS = (1, 12, 6)
+BIV_ELEMENTS = (2, 12, 8)
+"""Default elements (radial, circumferential, longitudinal)."""
+
+QUALITY_LIMITS = (0.01, 100.0)
+"""Range of the quality dial."""
+
+FIRMER = 10.0
+"""Factor by which an element that is not proven valid gains weight when the refinement goes on."""
+
+FIRMER_ROUNDS = 4
+"""Rounds in which elements may gain weight."""
+
 ML = 1000.0
 """mm^3 in a millilitre."""
 
@@ -44,8 +69,15 @@ class Options:
     ----------
     lod : int
         Level of detail: 1, coarse and most stable, to 5, most accurate.
-    elements : (int, int, int)
-        Elements (radial, circumferential, longitudinal).
+    elements : (int, int, int) or None
+        Elements (radial, circumferential, longitudinal); None for 1x12x6 for a left ventricle and
+        2x12x8 for both.
+    ventricles : {"auto", "lv", "biv"}
+        What the mask shows: found out, a left ventricle alone, or both.
+    refine : bool
+        Refine the mesh after the paper's four steps.
+    quality : float
+        Weight of element quality against accuracy in the refinement, relative to the level's own.
     truncate : float or {"auto", "off"}
         Truncation below the basal plane, mm; ``"auto"`` where valve anatomy is present.
     enhance : bool
@@ -55,7 +87,10 @@ class Options:
     """
 
     lod: int = 1
-    elements: tuple[int, int, int] = (1, 12, 6)
+    elements: tuple[int, int, int] | None = None
+    ventricles: Literal["auto", "lv", "biv"] = "auto"
+    refine: bool = True
+    quality: float = 1.0
     truncate: float | Literal["auto", "off"] = "auto"
     enhance: bool = True
     depth: Literal["graded", "linear"] = "graded"
@@ -63,10 +98,21 @@ class Options:
     def __post_init__(self) -> None:
         if self.lod not in range(1, 6):
             raise InputError(f"level of detail {self.lod} does not exist: choose 1 to 5")
-        if len(self.elements) != 3 or any(int(n) != n or n < 1 for n in self.elements):
+        if self.elements is not None and (
+            len(self.elements) != 3 or any(int(n) != n or n < 1 for n in self.elements)
+        ):
             raise InputError(
                 f"elements {self.elements} are not three positive numbers: give radial, "
                 "circumferential and longitudinal, for example 1x12x6"
+            )
+        if self.ventricles not in ("auto", "lv", "biv"):
+            raise InputError(
+                f"ventricles {self.ventricles!r} are not known: choose auto, lv or biv"
+            )
+        if not QUALITY_LIMITS[0] <= self.quality <= QUALITY_LIMITS[1]:
+            raise InputError(
+                f"quality {self.quality} is out of range: choose {QUALITY_LIMITS[0]:g} to "
+                f"{QUALITY_LIMITS[1]:g}, where 1 is the level's own"
             )
         if isinstance(self.truncate, str) and self.truncate not in ("auto", "off"):
             raise InputError(
@@ -92,6 +138,8 @@ class Personalization:
         The map after each registration pass.
     warped : HexMesh
         The mesh before enhancement.
+    enhanced : HexMesh
+        The mesh before refinement.
     mesh : HexMesh
         The result; mm, world (LPS).
     report : Report
@@ -103,6 +151,7 @@ class Personalization:
     template: HexMesh
     deformations: tuple[Deformation, ...]
     warped: HexMesh
+    enhanced: HexMesh
     mesh: HexMesh
     report: Report = field(repr=False)
 
@@ -142,7 +191,7 @@ def personalize(
     progress: Progress = lambda step, done: None,
     **choices: Any,
 ) -> Personalization:
-    """Fit a cubic Hermite mesh of the left ventricle to a mask.
+    """Fit a cubic Hermite mesh of the left ventricle, or of both, to a mask.
 
     Parameters
     ----------
@@ -166,11 +215,49 @@ def personalize(
         With one sentence that says what is wrong, where, and what to do.
     """
     options = replace(options or Options(), **choices)
+    return personalize_levels(mask, (options.lod,), options, progress=progress)[0]
+
+
+def personalize_levels(
+    mask: Mask,
+    levels: Iterable[int] = (1, 2, 3, 4, 5),
+    options: Options | None = None,
+    *,
+    progress: Progress = lambda step, done: None,
+    **choices: Any,
+) -> tuple[Personalization, ...]:
+    """Fit a mask at several levels of detail; analysis, template and registration are shared.
+
+    Parameters
+    ----------
+    mask : Mask
+    levels : iterable of int
+        Levels of detail.
+    options : Options, optional
+        All but the level of detail.
+    progress : callable
+        As for `personalize`.
+    **choices
+        Single options that replace those of `options`.
+
+    Returns
+    -------
+    tuple of Personalization
+        The same as `personalize` gives for each level; the time of a shared step counts in each.
+
+    Raises
+    ------
+    HeartgenError
+        With one sentence that says what is wrong, where, and what to do.
+    """
+    levels = tuple(levels)
+    options = replace(options or Options(), **choices)
+    each = [replace(options, lod=lod) for lod in levels]
     clock = _Clock(progress)
     with clock.step("shape analysis"):
-        anatomy = analyse(mask, options.truncate)
+        anatomy = analyse(mask, options.truncate, options.ventricles)
     with clock.step("template"):
-        template = lv_template(anatomy, options.elements, graded=options.depth == "graded")
+        template = _template(anatomy, options)
     with clock.step("registration") as done:
         deformations = register(
             template,
@@ -178,41 +265,100 @@ def personalize(
             anatomy.frame,
             anatomy.voxel,
             anatomy.length,
-            options.lod,
+            max(levels),
             done,
         )
+    start = _Start(mask, anatomy, template, deformations)
+    return tuple(_finish(start, o, _Clock(progress, clock.seconds)) for o in each)
+
+
+@dataclass(frozen=True)
+class _Start:
+    """What the levels of detail have in common."""
+
+    mask: Mask
+    anatomy: Anatomy
+    template: HexMesh
+    deformations: tuple[Deformation, ...]
+
+
+def _finish(start: _Start, options: Options, clock: _Clock) -> Personalization:
+    """Warp, enhance, refine and assess at one level of detail."""
+    anatomy, deformations = start.anatomy, start.deformations[: options.lod]
+    options = replace(options, elements=options.elements or _default_elements(anatomy))
     with clock.step("warping"):
-        level, warped = _deepest_valid(template, deformations, options.enhance)
+        level, warped = _deepest_valid(start.template, deformations, options)
     with clock.step("enhancement"):
-        mesh = enhance(warped) if options.enhance else warped
+        enhanced = enhance(warped) if options.enhance else warped
+    with clock.step("refinement") as done:
+        mesh, firmer = _refined(enhanced, anatomy, options, done)
     with clock.step("assessment"):
         accuracy = assess_accuracy(mesh, anatomy.myocardium, anatomy.wall_volume)
         quality = assess_quality(mesh)
-        unenhanced = assess_quality(warped).mean if options.enhance else quality.mean
     report = Report(
-        name=mask.name,
+        name=start.mask.name,
         options=asdict(options),
         accuracy=accuracy,
         quality=quality,
-        unenhanced_quality=unenhanced,
+        unenhanced_quality=float(jacobian_ratio(warped).mean()),
+        unrefined_quality=float(jacobian_ratio(enhanced).mean()),
         measurements=_measurements(anatomy, mesh),
-        voxel_diagonal=mask.voxel_diagonal,
+        voxel_diagonal=start.mask.voxel_diagonal,
         fold_bound=deformations[level - 1].least_determinant(),
-        findings=mask.findings + anatomy.findings + _fallen_back(options.lod, level),
+        findings=start.mask.findings
+        + anatomy.findings
+        + _fallen_back(options.lod, level)
+        + _made_firmer(firmer),
         seconds=clock.seconds,
     )
-    return Personalization(mask, options, anatomy, template, deformations, warped, mesh, report)
+    return Personalization(
+        start.mask, options, anatomy, start.template, deformations, warped, enhanced, mesh, report
+    )
+
+
+def _default_elements(anatomy: Anatomy) -> tuple[int, int, int]:
+    """Elements for what the mask shows."""
+    return LV_ELEMENTS if anatomy.rv is None else BIV_ELEMENTS
+
+
+def _template(anatomy: Anatomy, options: Options) -> HexMesh:
+    """Template of what the mask shows."""
+    make = lv_template if anatomy.rv is None else biventricular_template
+    elements = options.elements or _default_elements(anatomy)
+    return make(anatomy, elements, graded=options.depth == "graded")
 
 
 def _deepest_valid(
-    template: HexMesh, deformations: tuple[Deformation, ...], straighten: bool
+    template: HexMesh, deformations: tuple[Deformation, ...], options: Options
 ) -> tuple[int, HexMesh]:
-    """Warped mesh of the highest level that is proven valid, and that level."""
+    """Warped mesh of the highest level that is proven valid, and that level.
+
+    If the mesh is refined afterwards, folds are no reason to fall back: they are unfolded there.
+    """
     for level in range(len(deformations), 0, -1):
         warped = warp(template, deformations[level - 1])
-        if certify(enhance(warped) if straighten else warped).all_valid:
+        mesh = enhance(warped) if options.enhance else warped
+        if options.refine or certify(mesh).all_valid:
             return level, warped
     return len(deformations), warp(template, deformations[-1])
+
+
+def _refined(
+    mesh: HexMesh, anatomy: Anatomy, options: Options, done: Callable[[float], None]
+) -> tuple[HexMesh, int]:
+    """Refined mesh, and how many elements had to gain weight to become valid."""
+    emphasis = np.ones(mesh.n_elements)
+    if not options.refine:
+        return mesh, 0
+    patient = patient_of(anatomy)
+    weights = weights_for(options.lod, options.quality)
+    for _ in range(FIRMER_ROUNDS):
+        mesh = refine(mesh, patient, weights, emphasis=emphasis, progress=done)
+        valid = certify(mesh).valid
+        if valid.all():
+            break
+        emphasis[~valid] *= FIRMER
+    return mesh, int(np.sum(emphasis > 1))
 
 
 def _fallen_back(lod: int, level: int) -> tuple[Finding, ...]:
@@ -223,12 +369,20 @@ def _fallen_back(lod: int, level: int) -> tuple[Finding, ...]:
     return (Finding("level of detail", message),)
 
 
+def _made_firmer(elements: int) -> tuple[Finding, ...]:
+    """Tell the user when accuracy had to be given up for validity."""
+    if elements == 0:
+        return ()
+    message = f"{elements} elements were fitted less closely to keep all of them valid"
+    return (Finding("refinement", message),)
+
+
 class _Clock:
     """Times the steps and reports their progress."""
 
-    def __init__(self, progress: Progress) -> None:
+    def __init__(self, progress: Progress, before: Mapping[str, float] | None = None) -> None:
         self.progress = progress
-        self.seconds: dict[str, float] = {}
+        self.seconds = dict(before or {})
 
     @contextmanager
     def step(self, name: str) -> Iterator[Callable[[float], None]]:
@@ -250,4 +404,20 @@ def _measurements(anatomy: Anatomy, mesh: HexMesh) -> Measurements:
         pool_volume=anatomy.pool_volume / ML,
         wall_volume=anatomy.wall_volume / ML,
         mesh_volume=volume(mesh) / ML,
+        right=_right(anatomy),
+    )
+
+
+def _right(anatomy: Anatomy) -> RightMeasurements | None:
+    """Sizes of the right ventricle for the report."""
+    if anatomy.rv is None:
+        return None
+    low, high = np.degrees(anatomy.rv.insertion)
+    return RightMeasurements(
+        wall_thickness=anatomy.rv.wall_thickness,
+        septal_thickness=anatomy.rv.septal_thickness,
+        width=anatomy.rv.width,
+        apex_level=anatomy.rv.apex_level,
+        insertion=(float(low), float(high)),
+        pool_volume=anatomy.rv.pool_volume / ML,
     )

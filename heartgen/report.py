@@ -15,6 +15,30 @@ PACKAGES = ("heartgen", "numpy", "scipy", "numba", "SimpleITK")
 
 
 @dataclass(frozen=True)
+class RightMeasurements:
+    """Sizes of the right ventricle, mm, ml and degrees.
+
+    Attributes
+    ----------
+    wall_thickness, septal_thickness, width : float
+        mm.
+    apex_level : float
+        Height of its lowest point over the basal plane, mm, negative.
+    insertion : (float, float)
+        Angles about the left ventricle's axis between which it lies, degrees.
+    pool_volume : float
+        ml.
+    """
+
+    wall_thickness: float
+    septal_thickness: float
+    width: float
+    apex_level: float
+    insertion: tuple[float, float]
+    pool_volume: float
+
+
+@dataclass(frozen=True)
 class Measurements:
     """Sizes found by the shape analysis, mm and ml.
 
@@ -25,7 +49,9 @@ class Measurements:
     truncation : float or None
         Distance below the basal plane at which the base was cut, mm.
     pool_volume, wall_volume, mesh_volume : float
-        Blood pool and wall of the mask, and volume of the mesh, ml.
+        Left blood pool and wall of the mask, and volume of the mesh, ml.
+    right : RightMeasurements or None
+        None for a left ventricle alone.
     """
 
     length: float
@@ -36,6 +62,7 @@ class Measurements:
     pool_volume: float
     wall_volume: float
     mesh_volume: float
+    right: RightMeasurements | None = None
 
 
 @dataclass(frozen=True)
@@ -52,6 +79,8 @@ class Report:
     quality : Quality
     unenhanced_quality : float
         Mean Jacobian ratio before the enhancement step.
+    unrefined_quality : float
+        Mean Jacobian ratio before the refinement step.
     measurements : Measurements
     voxel_diagonal : float
         mm; the paper's limit for the mean error.
@@ -70,6 +99,7 @@ class Report:
     accuracy: Accuracy
     quality: Quality
     unenhanced_quality: float
+    unrefined_quality: float
     measurements: Measurements
     voxel_diagonal: float
     fold_bound: float

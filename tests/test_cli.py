@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import SimpleITK
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.ndimage import binary_fill_holes as fill
 from typer.testing import CliRunner
 
 import heartgen
@@ -46,6 +47,15 @@ def names(folder):
 def mask_file(tmp_path_factory):
     heart = samples.lifelike_lv(2.0).mask
     return save(heart.voxels, tmp_path_factory.mktemp("mask") / "heart.nii.gz")
+
+
+@pytest.fixture(scope="module")
+def label_map(tmp_path_factory):
+    """The same heart as in the challenge ACDC, with a blood pool that fills its cavity."""
+    wall = samples.lifelike_lv(2.0).mask.voxels
+    filled = np.stack([fill(plane) for plane in np.moveaxis(wall, 2, 0)], axis=2)
+    labels = 2 * wall + 3 * (filled & ~wall)
+    return save(labels, tmp_path_factory.mktemp("labels") / "labels.nii.gz")
 
 
 @pytest.fixture(scope="module")
@@ -124,6 +134,16 @@ def test_label_selects_the_myocardium(mask_file, tmp_path, fitted):
     assert parts["accuracy"]["mean"] == pytest.approx(whole["accuracy"]["mean"])
 
 
+def test_label_map_is_fitted_as_the_mask_it_holds(mask_file, label_map, tmp_path, fitted):
+    outcome = run("fit", label_map, "-o", tmp_path, "--labels", "acdc")
+    assert outcome.exit_code == 0, outcome.output
+    whole, labelled = (
+        json.loads((out / "report.json").read_text()) for out in (fitted[1], tmp_path)
+    )
+    assert labelled["measurements"] == pytest.approx(whole["measurements"])
+    assert labelled["accuracy"]["mean"] == pytest.approx(whole["accuracy"]["mean"])
+
+
 def test_valid_mesh_without_success_is_written_and_flagged(mask_file, tmp_path, monkeypatch):
     measure = pipeline.assess_quality
     monkeypatch.setattr(pipeline, "assess_quality", lambda mesh: replace(measure(mesh), mean=0.2))
@@ -187,6 +207,11 @@ def test_bad_mask_is_told_in_a_sentence(name, command, tmp_path):
         (["fit", "text.nii", "-o", "out", "--elements", "0x12x6"], "not three positive numbers"),
         (["fit", "text.nii", "-o", "out", "--truncate", "some"], "a distance in mm, auto or off"),
         (["fit", "text.nii", "-o", "out", "--depth", "deep"], "choose graded or linear"),
+        (["fit", "absent.nii", "-o", "out", "--labels", "acdc"], "no such file"),
+        (["fit", "text.nii", "-o", "out", "--labels", "lv_myocardium="], "write them like"),
+        (["fit", "text.nii", "-o", "out", "--labels", "acdc", "--label", "2"], "both given"),
+        (["fit", "text.nii", "-o", "out", "--rv-wall", "3"], "--rv-wall needs a label map"),
+        (["inspect", "text.nii", "--labels", "acdc", "--rv-wall", "-1"], "-1 mm is not possible"),
         (["inspect", "absent.nii"], "no such file"),
         (["inspect", "text.nii", "--truncate", "some"], "a distance in mm, auto or off"),
         (["inspect", "text.nii", "-o", "picture.xyz"], "end the name in"),
@@ -324,6 +349,32 @@ def test_inspect_tells_findings(tmp_path):
     assert "components" in outcome.stdout
     assert "2 separate pieces" in " ".join(outcome.stdout.split())
     assert "<svg" in (tmp_path / "two.svg").read_text()
+
+
+@pytest.mark.parametrize(
+    "labels", ["auto", "ACDC", "lv_myocardium=2,lv_pool=3", "lv_pool=3,lv_myocardium=2"]
+)
+def test_inspect_reads_label_maps(labels, label_map, tmp_path):
+    outcome = run("inspect", label_map, "--labels", labels, "-o", tmp_path / "a.png")
+    assert outcome.exit_code == 0, outcome.output
+    assert "length of the cavity" in outcome.stdout
+    assert ("read by the scheme acdc" in " ".join(outcome.stdout.split())) == (labels == "auto")
+
+
+def test_inspect_builds_the_wall_that_was_asked_for(label_map, tmp_path):
+    image = SimpleITK.ReadImage(str(label_map))
+    labels = SimpleITK.GetArrayFromImage(image).transpose(2, 1, 0)
+    beside = np.zeros_like(labels)
+    beside[:-20] = labels[20:]
+    path = save(np.where((beside > 0) & (labels == 0), 1, labels), tmp_path / "both.nii.gz")
+    outcome = run("inspect", path, "--labels", "acdc", "--rv-wall", "4.5", "-o", tmp_path / "a.png")
+    assert "one of 4.5 mm was built" in " ".join(outcome.stdout.split())
+
+
+def test_label_map_without_a_word_about_its_labels_is_pointed_to_the_option(label_map, tmp_path):
+    outcome = run("inspect", label_map, "-o", tmp_path / "a.png")
+    assert outcome.exit_code == 1
+    assert "--labels" in outcome.stderr
 
 
 def test_inspect_knows_where_the_heart_points(tmp_path):

@@ -154,7 +154,48 @@ def test_a_level_is_the_state_after_that_many_passes(lifelike: samples.Sample) -
     two = heartgen.personalize(lifelike.mask, lod=2)
     assert len(three.deformations) == 3
     mesh = enhance(warp(three.template, three.deformations[1]))
-    assert np.array_equal(mesh.dofs, two.mesh.dofs)
+    assert np.array_equal(mesh.dofs, two.enhanced.dofs)
+
+
+def test_several_levels_at_once_give_the_same_meshes(lifelike: samples.Sample) -> None:
+    both = heartgen.personalize_levels(lifelike.mask, (1, 2))
+    for lod, result in zip((1, 2), both, strict=True):
+        alone = heartgen.personalize(lifelike.mask, lod=lod)
+        assert np.array_equal(result.mesh.dofs, alone.mesh.dofs)
+        assert result.options == alone.options
+
+
+def test_without_refinement_the_mesh_is_the_enhanced_one(lifelike: samples.Sample) -> None:
+    result = heartgen.personalize(lifelike.mask, refine=False)
+    assert result.mesh is result.enhanced
+    assert result.report.success
+
+
+def test_refinement_gains_quality_and_keeps_or_gains_accuracy(lifelike: samples.Sample) -> None:
+    for lod in (1, 3):
+        paper = heartgen.personalize(lifelike.mask, lod=lod, refine=False).report
+        ours = heartgen.personalize(lifelike.mask, lod=lod).report
+        assert ours.accuracy.mean < 1.02 * paper.accuracy.mean
+        assert ours.quality.mean > paper.quality.mean - 0.005
+
+
+def test_both_ventricles_against_their_true_surfaces() -> None:
+    sample = samples.load("biv")
+    result = heartgen.personalize(sample.mask, lod=3)
+    assert result.report.success
+    assert result.report.quality.valid
+    assert result.options.elements == (2, 12, 8)
+    for name in ("lv_endo", "rv_endo", "epi"):
+        points, _, weights = sample_faces(result.mesh, result.mesh.topology.surfaces[name], 6)
+        error = np.average(sample.truth.distance(points, name), weights=weights)
+        assert error < 0.35, name
+
+
+def test_a_left_ventricle_can_be_asked_for() -> None:
+    with pytest.raises(AnatomyError, match="two blood pools"):
+        heartgen.personalize(samples.load("biv").mask, ventricles="lv")
+    with pytest.raises(InputError, match="choose auto, lv or biv"):
+        heartgen.personalize(samples.load("biv").mask, ventricles="both")
 
 
 def test_error_falls_with_the_level_of_detail(lifelike: samples.Sample) -> None:
@@ -164,7 +205,7 @@ def test_error_falls_with_the_level_of_detail(lifelike: samples.Sample) -> None:
 
 
 def test_enhancement_leaves_endo_and_epicardium_bit_equal(fitted: Personalization) -> None:
-    raw, straight = fitted.warped, fitted.mesh
+    raw, straight = fitted.warped, fitted.enhanced
     assert not np.array_equal(raw.dofs, straight.dofs)
     for name in ("lv_endo", "epi"):
         faces = raw.topology.surfaces[name]

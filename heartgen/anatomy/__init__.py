@@ -2,5 +2,6 @@
 
 from heartgen.anatomy.analysis import Anatomy, analyse
 from heartgen.anatomy.base import Base, Plane
+from heartgen.anatomy.right import RightVentricle
 
-__all__ = ["Anatomy", "Base", "Plane", "analyse"]
+__all__ = ["Anatomy", "Base", "Plane", "RightVentricle", "analyse"]

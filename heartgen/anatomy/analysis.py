@@ -9,32 +9,27 @@ import numpy as np
 import scipy.ndimage as ndi
 from numpy.typing import NDArray
 
-from heartgen.anatomy.base import Base, Plane, find_base
-from heartgen.anatomy.cavity import Cavity, find_cavity
+from heartgen.anatomy.base import Base, find_base
+from heartgen.anatomy.pools import Pools, find_pools
+from heartgen.anatomy.right import RightVentricle, measure_right
+from heartgen.anatomy.sizes import heart_frame, wall_thickness
+from heartgen.anatomy.surfaces import LEAST_WALL, heights, mesh_surfaces, truncated_indicator
 from heartgen.errors import AnatomyError
-from heartgen.images.levelset import LevelSet, signed_distance, smooth_indicator
+from heartgen.images.levelset import LevelSet, signed_distance
 from heartgen.images.mask import Finding, Mask
 
 MARGIN = 6
 """Empty voxels kept around the heart: room for smooth surfaces."""
 
+POOL_SURFACES = ("lv_endo", "rv_endo")
+"""Names of the pools' surfaces."""
+
 MIN_WALL_VOXELS = 50
 """Fewer voxels below the base are no ventricle."""
 
-LEAST_WALL = 1.0
-"""Voxels; where the mask's wall is thinner (pin-holes, scars), the mesh's wall is this thick."""
-
-WALL_ONSET = 5.0
-"""Depth below the base, in least wall thicknesses, from which that holds in full."""
-
-FLAT_VOXELS = 2.0
-"""Voxels; a rim that rises and falls by less than this is fitted with its plane."""
-
-RIM_VOXELS = 2.0
-"""Voxels below the base at which the side surfaces are unaffected by its rounded rim."""
-
-MID_WALL = (0.25, 0.75)
-"""Heights over the length between which the wall thickness is measured."""
+PIN_HOLE = 0.1
+"""Size over the opening's up to which a further opening of a right ventricle is a pin-hole; a
+larger one is that of the pulmonary valve."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +63,8 @@ class Anatomy:
         Below the base, mm^3.
     findings : tuple of Finding
         What is worth telling the user.
+    rv : RightVentricle or None
+        None if the mask shows a left ventricle alone.
     """
 
     frame: NDArray[np.float64]
@@ -82,6 +79,7 @@ class Anatomy:
     pool_volume: float
     wall_volume: float
     findings: tuple[Finding, ...]
+    rv: RightVentricle | None = None
 
     def to_world(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """World coordinates (n, 3), mm, LPS, of points (n, 3) in the heart's frame, mm."""
@@ -92,8 +90,8 @@ class Anatomy:
         return np.asarray((points - self.frame[:3, 3]) @ self.frame[:3, :3])
 
 
-def analyse(mask: Mask, truncate: float | str = "auto") -> Anatomy:
-    """Measure the left ventricle in a mask of any orientation and voxel size.
+def analyse(mask: Mask, truncate: float | str = "auto", ventricles: str = "auto") -> Anatomy:
+    """Measure the left ventricle, or both, in a mask of any orientation and voxel size.
 
     Parameters
     ----------
@@ -101,6 +99,8 @@ def analyse(mask: Mask, truncate: float | str = "auto") -> Anatomy:
     truncate : float or {"auto", "off"}
         Truncation below the basal plane, mm; ``"auto"`` truncates only where valve anatomy rises
         above the rim.
+    ventricles : {"auto", "lv", "biv"}
+        What the mask must show: a left ventricle alone, both ventricles, or either.
 
     Returns
     -------
@@ -112,46 +112,56 @@ def analyse(mask: Mask, truncate: float | str = "auto") -> Anatomy:
         Naming the measurement that failed and why.
     """
     mask = _cropped(mask)
-    spacing = mask.spacing
-    voxel = float(np.prod(spacing) ** (1 / 3))
-    cavity = find_cavity(mask.voxels, spacing)
-    solid = signed_distance(ndi.binary_fill_holes(mask.voxels | cavity.pool), mask.affine)
-    pool = signed_distance(cavity.pool, mask.affine)
-    wall_points = _centres(mask, mask.voxels & ~cavity.pool)
-    pool_points = _centres(mask, cavity.pool)
-    opening = mask.to_world(cavity.opening.astype(float))
-    base = find_base(opening, pool_points, wall_points, solid, voxel, truncate)
-    wall_points = wall_points[base.plane.height(wall_points) < 0]
-    pool_points = pool_points[base.plane.height(pool_points) < 0]
-    if min(len(wall_points), len(pool_points)) < MIN_WALL_VOXELS:
+    voxel = float(np.prod(mask.spacing) ** (1 / 3))
+    pools = find_pools(mask.voxels, mask.spacing, ventricles)
+    solid, levels = _levels(mask, pools)
+    wall = mask.voxels & ~pools.blood
+    nearest = np.argmin([level.values for level in levels], axis=0)
+    base = find_base(
+        [mask.to_world(cavity.opening.astype(float)) for cavity in pools],
+        [_centres(mask, wall & (nearest == n)) for n in range(len(levels))],
+        _centres(mask, pools.left.pool),
+        mask.to_world(pools.crest.astype(float)),
+        solid,
+        voxel,
+        truncate,
+    )
+    if base.truncation is not None and pools.right is not None:
+        pools = pools.below(heights(solid, base.plane) < 0, mask.spacing)
+        solid, levels = _levels(mask, pools)
+        wall = mask.voxels & ~pools.blood
+    outside = LevelSet(-solid.values, solid.affine)
+    wall_points = _below(mask, wall, base)
+    pool_points = [_below(mask, cavity.pool, base) for cavity in pools]
+    if min(len(points) for points in (wall_points, *pool_points)) < MIN_WALL_VOXELS:
         raise AnatomyError(
             "nothing is left below the basal plane: the opening was taken for the whole ventricle; "
             "check that the mask is a cup open at the base"
         )
-    frame, radius = _frame(pool_points, base.plane)
-    length = -float(base.plane.height(pool_points).min())
-    wall, apex = _thickness(wall_points, pool, solid, base.plane, length)
-    inner, thickened = _with_wall(pool, solid, base.plane, LEAST_WALL * voxel)
-    cut = base.plane if base.truncation is not None else None
-    flat = cut is not None or base.irregularity < FLAT_VOXELS * voxel
-    surfaces = {
-        "lv_endo": _continued(inner, base.plane, RIM_VOXELS * voxel),
-        "epi": _continued(solid, base.plane, RIM_VOXELS * voxel),
-        "base": LevelSet(_heights(solid, base.plane), solid.affine) if flat else solid,
-    }
+    frame, radius = heart_frame(pool_points, base.plane)
+    length = -float(base.plane.height(pool_points[0]).min())
+    typical, apex = wall_thickness(
+        wall_points, (levels[0], outside), levels[1:], base.plane, length, "wall"
+    )
+    surfaces, thickened = mesh_surfaces(
+        dict(zip(POOL_SURFACES, levels, strict=False)), solid, base, voxel
+    )
     return Anatomy(
         frame=frame,
         surfaces=surfaces,
-        myocardium=_cut(_indicator(mask), cut, scale=1 / voxel),
+        myocardium=truncated_indicator(mask, base, voxel),
         base=base,
         voxel=voxel,
         length=length,
         radius=radius,
-        wall_thickness=wall,
+        wall_thickness=typical,
         apex_thickness=apex,
-        pool_volume=len(pool_points) * voxel**3,
+        pool_volume=len(pool_points[0]) * voxel**3,
         wall_volume=len(wall_points) * voxel**3,
-        findings=_findings(cavity, base, voxel, thickened),
+        findings=_findings(pools, base, voxel, thickened),
+        rv=None
+        if pools.right is None
+        else measure_right(wall_points, pool_points[1], [*levels, outside], frame, voxel),
     )
 
 
@@ -165,92 +175,37 @@ def _cropped(mask: Mask) -> Mask:
     return Mask(np.pad(box, MARGIN), affine, mask.name, mask.findings)
 
 
+def _levels(mask: Mask, pools: Pools) -> tuple[LevelSet, list[LevelSet]]:
+    """Signed distances of wall and pools together, and of each pool."""
+    solid = ndi.binary_fill_holes(mask.voxels | pools.blood)
+    return signed_distance(solid, mask.affine), [
+        signed_distance(cavity.pool, mask.affine) for cavity in pools
+    ]
+
+
+def _below(mask: Mask, voxels: NDArray[np.bool_], base: Base) -> NDArray[np.float64]:
+    """World coordinates of the voxels that are set and lie below the base."""
+    points = _centres(mask, voxels)
+    return points[base.plane.height(points) < 0]
+
+
 def _centres(mask: Mask, voxels: NDArray[np.bool_]) -> NDArray[np.float64]:
     """World coordinates of the voxels that are set."""
     return mask.to_world(np.argwhere(voxels).astype(float))
 
 
-def _frame(pool: NDArray[np.float64], plane: Plane) -> tuple[NDArray[np.float64], float]:
-    """Heart frame, and the radius of the pool from the variances of its cross-section."""
-    z = plane.normal
-    u = np.linalg.svd(z[None])[2][1:]
-    height = plane.height(pool)
-    near_base = pool[height > 0.5 * height.min()]
-    flat = (near_base - near_base.mean(0)) @ u.T
-    variance, axes = np.linalg.eigh(np.cov(flat.T))
-    along = flat @ axes[:, 1]
-    # The wider axis has two directions; the skewness of the pool tells them apart.
-    x = u.T @ axes[:, 1] * (1.0 if np.mean(along**3) >= 0 else -1.0)
-    frame = np.eye(4)
-    frame[:3, :3] = np.stack([x, np.cross(z, x), z], -1)
-    centre = near_base.mean(0)
-    frame[:3, 3] = centre - plane.height(centre[None]) * z
-    return frame, float(2 * np.sqrt(variance.mean()))
-
-
-def _thickness(
-    wall: NDArray[np.float64], pool: LevelSet, solid: LevelSet, plane: Plane, length: float
-) -> tuple[float, float]:
-    """Thickness of the wall (distance to the pool plus distance to the outside): median, apex."""
-    local = pool.sample(wall)[0] - solid.sample(wall)[0]
-    depth = -plane.height(wall) / length
-    middle = (depth > MID_WALL[0]) & (depth < MID_WALL[1])
-    below = local[depth > 1]
-    typical = float(np.median(local[middle]))
-    return typical, float(np.median(below)) if len(below) else typical
-
-
-def _cut(level: LevelSet, plane: Plane | None, scale: float = 1.0) -> LevelSet:
-    """The part of a shape below a plane."""
-    if plane is None:
-        return level
-    height = _heights(level, plane)
-    return LevelSet(np.maximum(level.values, np.float32(scale) * height), level.affine)
-
-
-def _continued(level: LevelSet, plane: Plane, rim: float) -> LevelSet:
-    """A shape continued beyond the base: its section just below the rim, straight up."""
-    height = _heights(level, plane) + np.float32(rim)
-    above = np.argwhere(height > 0)
-    points = above @ level.affine[:3, :3].T + level.affine[:3, 3]
-    below = points - height[tuple(above.T)].astype(float)[:, None] * plane.normal
-    values = level.values.copy()
-    values[tuple(above.T)] = level.sample(below)[0]
-    return LevelSet(values, level.affine)
-
-
-def _with_wall(
-    pool: LevelSet, solid: LevelSet, plane: Plane, least: float
-) -> tuple[LevelSet, bool]:
-    """Pool kept at a least distance from the outside (not at the base); whether that changed it."""
-    depth = -_heights(pool, plane) / np.float32(WALL_ONSET * least)
-    inner = solid.values + np.float32(least) * np.clip(depth, 0, 1)
-    thin = (pool.values < 0) & (inner > 0) & (depth > 1)
-    return LevelSet(np.maximum(pool.values, inner), pool.affine), bool(thin.any())
-
-
-def _heights(level: LevelSet, plane: Plane) -> NDArray[np.float32]:
-    """Height of every grid point over a plane, (nx, ny, nz) float32, mm."""
-    i, j, k = (np.arange(n) for n in level.values.shape)
-    slope = plane.normal @ level.affine[:3, :3]
-    offset = plane.normal @ (level.affine[:3, 3] - plane.origin)
-    height = (slope[0] * i)[:, None, None] + (slope[1] * j)[:, None] + slope[2] * k + offset
-    return np.asarray(height, dtype=np.float32)
-
-
-def _indicator(mask: Mask) -> LevelSet:
-    """Level function of the wall from its smoothed indicator."""
-    return LevelSet((0.5 - smooth_indicator(mask.voxels)).astype(np.float32), mask.affine)
-
-
-def _findings(cavity: Cavity, base: Base, voxel: float, thickened: bool) -> tuple[Finding, ...]:
+def _findings(pools: Pools, base: Base, voxel: float, thickened: bool) -> tuple[Finding, ...]:
     """What the analysis did that the user should know."""
     found = []
-    if cavity.leaks:
+    leaks = len(pools.left.leaks)
+    if pools.right is not None:
+        leaks += sum(n < PIN_HOLE * len(pools.right.opening) for n in pools.right.leaks)
+    muscle_voxels = sum(cavity.muscle_voxels for cavity in pools)
+    if leaks:
         found.append(
             Finding(
                 "leaks",
-                f"the wall has {cavity.leaks} pin-hole(s) besides the opening at the base: they "
+                f"the wall has {leaks} pin-hole(s) besides the opening at the base: they "
                 "were closed",
             )
         )
@@ -262,11 +217,11 @@ def _findings(cavity: Cavity, base: Base, voxel: float, thickened: bool) -> tupl
                 f"{LEAST_WALL * voxel:.2g} mm there",
             )
         )
-    if cavity.muscle_voxels:
+    if muscle_voxels:
         found.append(
             Finding(
                 "papillary muscles",
-                f"{cavity.muscle_voxels * voxel**3 / 1000:.2g} ml of papillary muscle and "
+                f"{muscle_voxels * voxel**3 / 1000:.2g} ml of papillary muscle and "
                 "trabeculae were taken as part of the blood pool",
             )
         )

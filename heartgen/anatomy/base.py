@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,25 +75,28 @@ class Base:
 
 
 def find_base(
-    opening: NDArray[np.float64],
+    openings: Sequence[NDArray[np.float64]],
+    walls: Sequence[NDArray[np.float64]],
     pool: NDArray[np.float64],
-    wall: NDArray[np.float64],
+    crest: NDArray[np.float64],
     solid: LevelSet,
     voxel: float,
     truncate: float | str,
 ) -> Base:
-    """Fit the basal plane and decide about truncation.
+    """Fit the basal plane that the ventricles have in common and decide about truncation.
 
     Parameters
     ----------
-    opening : (n, 3) float64
-        Centres of the pool's voxels at its opening, mm, world (LPS).
+    openings : sequence of (n, 3) float64
+        Centres of the voxels at the opening of each ventricle's pool, mm, world (LPS).
+    walls : sequence of (m, 3) float64
+        Centres of the myocardium's voxels around each ventricle's pool.
     pool : (p, 3) float64
-        Centres of the pool's voxels.
-    wall : (m, 3) float64
-        Centres of the myocardium's voxels.
+        Centres of the left ventricle's pool's voxels.
+    crest : (c, 3) float64
+        Places where two pools touch over the septum, which no default truncation leaves below it.
     solid : LevelSet
-        Myocardium and pool together.
+        Myocardium and pools together.
     voxel : float
         Voxel size, mm.
     truncate : float or {"auto", "off"}
@@ -107,10 +111,15 @@ def find_base(
     AnatomyError
         If the opening is too small for a plane, or the truncation leaves nothing.
     """
-    plane = _fit_plane(opening, pool.mean(0), voxel)
+    below = pool.mean(0)
+    opening = np.concatenate(openings)
+    plane = fit_plane(opening, below, voxel)
     length = -float(plane.height(pool).min())
-    centres = _rim(wall, plane)
-    rim_plane = _fit_plane(centres, pool.mean(0), voxel)
+    middles = [fit_plane(each, below, voxel).origin for each in openings]
+    centres = np.concatenate(
+        [_rim(wall, plane, middle) for wall, middle in zip(walls, middles, strict=True)]
+    )
+    rim_plane = fit_plane(centres, below, voxel)
     residual = rim_plane.height(centres)
     irregularity = float(np.ptp(np.percentile(residual, [5, 95])))
     valves = irregularity > max(IRREGULAR_VOXELS * voxel, IRREGULAR * length)
@@ -118,6 +127,8 @@ def find_base(
     if truncate == "off" or (truncate == "auto" and not valves):
         return Base(plane, None, irregularity)
     lowest = -float(np.percentile(plane.height(centres), LOW_RIM))
+    if len(crest):
+        lowest = max(lowest, -float(plane.height(crest).min()))
     distance = (
         max(DEFAULT_TRUNCATION * length, lowest + voxel) if truncate == "auto" else float(truncate)
     )
@@ -129,8 +140,26 @@ def find_base(
     return Base(plane.shifted(-distance), distance, irregularity)
 
 
-def _fit_plane(points: NDArray[np.float64], below: NDArray[np.float64], voxel: float) -> Plane:
-    """Trimmed least-squares plane, normal away from the point `below`."""
+def fit_plane(points: NDArray[np.float64], below: NDArray[np.float64], voxel: float) -> Plane:
+    """Trimmed least-squares plane through an opening, normal away from the point `below`.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        mm.
+    below : (3,) float64
+    voxel : float
+        Voxel size, mm.
+
+    Returns
+    -------
+    Plane
+
+    Raises
+    ------
+    AnatomyError
+        If there are fewer than three points.
+    """
     if len(points) < 3:
         raise AnatomyError(
             "the opening of the cavity is smaller than three voxels: crop the mask below the "
@@ -148,10 +177,12 @@ def _fit_plane(points: NDArray[np.float64], below: NDArray[np.float64], voxel: f
     return Plane(origin, normal)
 
 
-def _rim(wall: NDArray[np.float64], plane: Plane) -> NDArray[np.float64]:
-    """Topmost voxel of the wall in each sector around the opening, (s, 3)."""
+def _rim(
+    wall: NDArray[np.float64], plane: Plane, middle: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Topmost voxel of the wall in each sector around the middle of the opening, (s, 3)."""
     u = np.linalg.svd(plane.normal[None])[2][1:]
-    offset = wall - plane.origin
+    offset = wall - middle
     height = offset @ plane.normal
     angle = np.arctan2(offset @ u[1], offset @ u[0])
     sector = np.floor((angle + np.pi) / (2 * np.pi) * RIM_SECTORS).astype(int) % RIM_SECTORS
@@ -169,4 +200,4 @@ def _refine(plane: Plane, opening: NDArray[np.float64], solid: LevelSet, voxel: 
         distance, gradient = solid.sample(points)
         slope = np.maximum(gradient @ plane.normal, 0.5)
         points = points - (distance / slope)[:, None] * plane.normal
-    return _fit_plane(points, below, voxel)
+    return fit_plane(points, below, voxel)

@@ -1,4 +1,4 @@
-"""The blood pool: the deep, enclosed part of what the convex hull adds to the myocardium."""
+"""A blood pool: the deep, enclosed part of what the convex hull adds to the myocardium."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 import scipy.ndimage as ndi
 from numpy.typing import NDArray
 
-from heartgen.anatomy.hull import convex_hull
 from heartgen.errors import AnatomyError
 from heartgen.images.distance import inner_distance
 
@@ -19,20 +18,11 @@ from hollows on the outside of the heart that it touches over a low rim or throu
 EXPOSED = 0.3
 """Share of a pocket's faces on the hull above which it lies outside the wall."""
 
-MIN_DEPTH = 2.0
-"""Least inner radius of a pool, in voxels."""
-
-RIVAL = 0.4
-"""Inner radius over the largest pool's from which a second enclosed pool is a second ventricle."""
-
 MUSCLE_RADIUS = 0.4
 """Papillary muscles and trabeculae up to this radius, over the pool's inner radius, are pool."""
 
 MUSCLE_DEPTH = 1.5
 """Voxels; what a closing adds in a thinner layer is rounding of the voxel surface, not muscle."""
-
-SECOND_OPENING = 0.9
-"""Size over the opening's from which a further opening is the other end of a tube."""
 
 MUSCLE_CLEARANCE = 0.2
 """Distance from the outside, over the pool's inner radius, within which there is wall alone."""
@@ -40,7 +30,29 @@ MUSCLE_CLEARANCE = 0.2
 CHANNEL_RADIUS = 1.5
 """Voxels; narrower channels of the pool are pin-holes of the wall, not pool."""
 
-_CONNECTED = np.ones((3, 3, 3), dtype=bool)
+CONNECTED = np.ones((3, 3, 3), dtype=bool)
+"""Voxels that touch at a face, an edge or a corner are connected."""
+
+
+@dataclass(frozen=True)
+class Space:
+    """A myocardium and what its convex hull adds to it.
+
+    Attributes
+    ----------
+    wall, empty, hull : (nx, ny, nz) bool
+        Myocardium (with at least one empty voxel on every side), the rest of its hull, and both.
+    depth : (nx, ny, nz) float32
+        Distance in the empty part to the wall or the outside, mm.
+    spacing : (3,) float64
+        Voxel size, mm.
+    """
+
+    wall: NDArray[np.bool_]
+    empty: NDArray[np.bool_]
+    hull: NDArray[np.bool_]
+    depth: NDArray[np.float32]
+    spacing: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -55,25 +67,26 @@ class Cavity:
         Voxels of the pool at its opening.
     muscle_voxels : int
         Voxels of the mask taken as papillary muscle or trabeculae.
-    leaks : int
-        Further, small openings: pin-holes of the wall.
+    leaks : tuple of int
+        Voxels of each further opening, far from the first.
     """
 
     pool: NDArray[np.bool_]
     opening: NDArray[np.intp]
     muscle_voxels: int
-    leaks: int
+    leaks: tuple[int, ...]
 
 
-def find_cavity(voxels: NDArray[np.bool_], spacing: NDArray[np.float64]) -> Cavity:
-    """Find the blood pool of a left ventricle and its opening.
+def find_cavity(space: Space, territory: NDArray[np.bool_], ventricle: str) -> Cavity:
+    """Find the blood pool of one ventricle and its opening.
 
     Parameters
     ----------
-    voxels : (nx, ny, nz) bool
-        Myocardium, with at least one empty voxel on every side.
-    spacing : (3,) float64
-        Voxel size, mm.
+    space : Space
+    territory : (nx, ny, nz) bool
+        The part of the empty space that may belong to this ventricle.
+    ventricle : str
+        Its name in messages.
 
     Returns
     -------
@@ -82,59 +95,94 @@ def find_cavity(voxels: NDArray[np.bool_], spacing: NDArray[np.float64]) -> Cavi
     Raises
     ------
     AnatomyError
-        If there is no cavity, more than one, or no opening.
+        If there is no opening.
     """
-    hull = convex_hull(voxels)
-    empty = hull & ~voxels
-    depth = inner_distance(empty, spacing)
-    voxel = float(np.min(spacing))
-    if depth.max() < MIN_DEPTH * voxel:
-        raise AnatomyError(
-            "no cavity found: the mask fills its convex hull; give a mask of the myocardium "
-            "without the blood pool"
-        )
-    whole = _grow(empty, depth, hull, spacing)
-    pool = _without_channels(whole, spacing)
-    muscle = _muscles(pool, voxels, spacing, float(depth.max()))
+    inner_radius = float(space.depth[territory].max())
+    whole = _with_enclosed(deepest_pocket(space, territory), territory, space.hull)
+    pool = without_channels(whole, space.spacing)
+    muscle = _muscles(pool, space.wall, space.spacing, inner_radius)
     pool = pool | muscle
-    opening = _opening(pool, hull)
-    leaks = _leaks(whole | pool, hull, opening, spacing, float(depth.max()))
-    if max(leaks, default=0) > SECOND_OPENING * len(opening):
-        raise AnatomyError(
-            "the cavity is open at both ends: a left ventricle is open at the base and closed at "
-            "the apex; check that the mask reaches the apex"
-        )
-    return Cavity(pool, opening, int((muscle & voxels).sum()), len(leaks))
+    opening = _opening(pool, space.hull, ventricle)
+    leaks = _leaks(whole | pool, space.hull, opening, space.spacing, inner_radius)
+    return Cavity(pool, opening, int((muscle & space.wall).sum()), leaks)
 
 
-def _grow(
-    empty: NDArray[np.bool_],
-    depth: NDArray[np.float32],
-    hull: NDArray[np.bool_],
-    spacing: NDArray[np.float64],
+def deepest_pocket(space: Space, part: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Core of the deepest pocket in a part of the empty space, and its surroundings.
+
+    Parameters
+    ----------
+    space : Space
+    part : (nx, ny, nz) bool
+
+    Returns
+    -------
+    (nx, ny, nz) bool
+    """
+    radius = core_radius(space, part)
+    cores, count = ndi.label(part & (space.depth > radius), structure=CONNECTED)
+    greatest = ndi.maximum(space.depth, cores, np.arange(1, count + 1))
+    core = cores == int(np.argmax(greatest)) + 1
+    near = inner_distance(~core, space.spacing) <= radius + float(np.max(space.spacing))
+    return np.asarray(part & near)
+
+
+def core_radius(space: Space, part: NDArray[np.bool_]) -> float:
+    """Depth from which voxels are the core of a part of the empty space, mm."""
+    return max(CORE_DEPTH * float(space.depth[part].max()), float(np.min(space.spacing)))
+
+
+def without_channels(pool: NDArray[np.bool_], spacing: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Pool without channels too narrow to be blood: opening by a small ball, largest part.
+
+    Parameters
+    ----------
+    pool : (nx, ny, nz) bool
+    spacing : (3,) float64
+        Voxel size, mm.
+
+    Returns
+    -------
+    (nx, ny, nz) bool
+    """
+    radius = CHANNEL_RADIUS * float(np.min(spacing))
+    core = inner_distance(pool, spacing) > radius
+    parts, count = ndi.label(core, structure=CONNECTED)
+    if count > 1:
+        sizes = ndi.sum_labels(core, parts, np.arange(1, count + 1))
+        core = parts == int(np.argmax(sizes)) + 1
+    reach = radius + 0.5 * float(np.max(spacing))
+    return np.asarray(pool & (inner_distance(~core, spacing) <= reach))
+
+
+def exposure(
+    labels: NDArray[np.integer], hull: NDArray[np.bool_], which: NDArray[np.intp]
+) -> NDArray[np.float64]:
+    """Share of the faces of each labelled region that lies on the hull.
+
+    Parameters
+    ----------
+    labels : (nx, ny, nz) int
+    hull : (nx, ny, nz) bool
+    which : (n,) int
+
+    Returns
+    -------
+    (n,) float64
+    """
+    on_hull, faces = _faces(labels, ~hull, which), _faces(labels, labels == 0, which)
+    return np.asarray(on_hull / np.maximum(faces, 1))
+
+
+def _with_enclosed(
+    pool: NDArray[np.bool_], empty: NDArray[np.bool_], hull: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """Core of the deepest pocket, its surroundings, and all enclosed pockets."""
-    radius = max(CORE_DEPTH * float(depth.max()), float(np.min(spacing)))
-    cores, _ = ndi.label(depth > radius, structure=_CONNECTED)
-    greatest = ndi.maximum(depth, cores, np.arange(1, cores.max() + 1))
-    main = int(np.argmax(greatest)) + 1
-    core = cores == main
-    near = inner_distance(~core, spacing) <= radius + float(np.max(spacing))
-    pool = empty & near
+    """Pool and all enclosed pockets."""
     rest, count = ndi.label(empty & ~pool)
-    if count:
-        labels = np.arange(1, count + 1)
-        on_hull, faces = _faces(rest, ~hull, labels), _faces(rest, rest == 0, labels)
-        enclosed = on_hull < EXPOSED * faces
-        rivals = np.unique(rest[np.isin(cores, np.flatnonzero(greatest > RIVAL * depth.max()) + 1)])
-        rivals = rivals[(rivals > 0) & enclosed[np.maximum(rivals - 1, 0)]]
-        if len(rivals):
-            raise AnatomyError(
-                f"{1 + len(rivals)} blood pools found where a left ventricle has one: the mask "
-                "looks biventricular; give a mask of the left ventricle alone"
-            )
-        pool |= np.concatenate([[False], enclosed])[rest]
-    return np.asarray(pool)
+    if count == 0:
+        return pool
+    enclosed = exposure(rest, hull, np.arange(1, count + 1)) < EXPOSED
+    return np.asarray(pool | np.concatenate([[False], enclosed])[rest])
 
 
 def _faces(
@@ -160,33 +208,21 @@ def _muscles(
     closed = inner_distance(distance <= radius, spacing) > radius
     deep = inner_distance(wall | pool, spacing) > MUSCLE_CLEARANCE * inner_radius
     added = closed & ~pool & deep
-    parts, count = ndi.label(added, structure=_CONNECTED)
+    parts, count = ndi.label(added, structure=CONNECTED)
     if count == 0:
         return added
     thick = ndi.maximum(distance, parts, np.arange(1, count + 1)) > MUSCLE_DEPTH * np.max(spacing)
     return np.asarray(np.concatenate([[False], thick])[parts])
 
 
-def _without_channels(pool: NDArray[np.bool_], spacing: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Pool without channels too narrow to be blood: opening by a small ball, largest part."""
-    radius = CHANNEL_RADIUS * float(np.min(spacing))
-    core = inner_distance(pool, spacing) > radius
-    parts, count = ndi.label(core, structure=_CONNECTED)
-    if count > 1:
-        sizes = ndi.sum_labels(core, parts, np.arange(1, count + 1))
-        core = parts == int(np.argmax(sizes)) + 1
-    reach = radius + 0.5 * float(np.max(spacing))
-    return np.asarray(pool & (inner_distance(~core, spacing) <= reach))
-
-
-def _opening(pool: NDArray[np.bool_], hull: NDArray[np.bool_]) -> NDArray[np.intp]:
+def _opening(pool: NDArray[np.bool_], hull: NDArray[np.bool_], ventricle: str) -> NDArray[np.intp]:
     """Largest patch of the pool's voxels next to the outside of the hull."""
     lid = pool & ndi.binary_dilation(~hull)
-    parts, count = ndi.label(lid, structure=_CONNECTED)
+    parts, count = ndi.label(lid, structure=CONNECTED)
     if count == 0:
         raise AnatomyError(
-            "the cavity has no opening: the wall closes all around it; crop the mask below the "
-            "valves so that the ventricle is open at the base"
+            f"the cavity of the {ventricle} ventricle has no opening: the wall closes all around "
+            "it; crop the mask below the valves so that the ventricle is open at the base"
         )
     sizes = ndi.sum_labels(lid, parts, np.arange(1, count + 1))
     return np.argwhere(parts == int(np.argmax(sizes)) + 1)
@@ -198,12 +234,12 @@ def _leaks(
     opening: NDArray[np.intp],
     spacing: NDArray[np.float64],
     inner_radius: float,
-) -> list[int]:
+) -> tuple[int, ...]:
     """Sizes of the places far from the opening where the pool, channels included, gets outside."""
     away = np.ones_like(pool)
     away[tuple(opening.T)] = False
     far = inner_distance(away, spacing) > inner_radius
     parts, _ = ndi.label(pool)
     joined = parts == parts[tuple(opening[0])]
-    parts, _ = ndi.label(joined & ndi.binary_dilation(~hull) & far, structure=_CONNECTED)
-    return [int(size) for size in np.bincount(parts.ravel())[1:]]
+    parts, _ = ndi.label(joined & ndi.binary_dilation(~hull) & far, structure=CONNECTED)
+    return tuple(int(size) for size in np.bincount(parts.ravel())[1:])

@@ -37,7 +37,7 @@ MaskPath = Annotated[
         help="NIfTI, NRRD, MetaImage; or a DICOM segmentation, as a file or a folder.",
     ),
 ]
-Labels = Annotated[
+Label = Annotated[
     list[str] | None,
     typer.Option(
         "--label",
@@ -46,11 +46,37 @@ Labels = Annotated[
         help="What is myocardium in a label image, by number or name; may be repeated.",
     ),
 ]
+Labels = Annotated[
+    str | None,
+    typer.Option(
+        "--labels",
+        metavar="SCHEME",
+        show_default=False,
+        help="Read a label map: acdc, mmwhs, ukbb, totalsegmentator, auto, or roles such as "
+        "lv_myocardium=2,lv_pool=3,rv_pool=1.",
+    ),
+]
+RvWall = Annotated[
+    float | None,
+    typer.Option(
+        "--rv-wall",
+        metavar="MM",
+        show_default=False,
+        help="Thickness of the right ventricular wall if --labels has none; 3 mm if not given.",
+    ),
+]
 Truncate = Annotated[
     str,
     typer.Option(
         metavar="auto|off|MM",
         help="Cut the base below the basal plane: where valves rise, never, or by so much.",
+    ),
+]
+Ventricles = Annotated[
+    str,
+    typer.Option(
+        metavar="auto|lv|biv",
+        help="What the mask shows: found out, the left ventricle alone, or both.",
     ),
 ]
 Debug = Annotated[bool, typer.Option("--debug", help="Show where in the code an error arose.")]
@@ -74,11 +100,19 @@ def fit(
         typer.Option(min=1, max=5, help="Level of detail: 1, most stable, to 5, most accurate."),
     ] = 1,
     elements: Annotated[
-        str,
-        typer.Option(metavar="RxCxL", help="Elements, radial x circumferential x longitudinal."),
-    ] = "1x12x6",
+        str | None,
+        typer.Option(
+            metavar="RxCxL",
+            show_default=False,
+            help="Elements, radial x circumferential x longitudinal; 1x12x6 for a left ventricle "
+            "and 2x12x8 for both if not given.",
+        ),
+    ] = None,
+    ventricles: Ventricles = "auto",
     truncate: Truncate = "auto",
-    label: Labels = None,
+    label: Label = None,
+    labels: Labels = None,
+    rv_wall: RvWall = None,
     depth: Annotated[
         str,
         typer.Option(
@@ -86,8 +120,19 @@ def fit(
             help="Parametrisation across the wall: for even elements, or proportional.",
         ),
     ] = "graded",
+    quality: Annotated[
+        float,
+        typer.Option(
+            metavar="FACTOR",
+            help="Weight of element quality against accuracy, relative to the level's own.",
+        ),
+    ] = 1.0,
     no_enhance: Annotated[
         bool, typer.Option("--no-enhance", help="Leave out the step that straightens elements.")
+    ] = False,
+    no_refine: Annotated[
+        bool,
+        typer.Option("--no-refine", help="Stop after the four steps of Lamata et al. (2014)."),
     ] = False,
     debug: Debug = False,
 ) -> None:
@@ -96,18 +141,20 @@ def fit(
     Ends with 0 only if the mesh is valid; if it is not, nothing is written.
     """
     with told(debug):
-        from heartgen.images import read_mask
         from heartgen.pipeline import Options
 
         check_folder(out)
         options = Options(
             lod=lod,
-            elements=_elements(elements),
+            elements=None if elements is None else _elements(elements),
+            ventricles=cast("Any", ventricles),  # Options refuses words it does not know
             truncate=_truncation(truncate),
             enhance=not no_enhance,
-            depth=cast("Any", depth),  # Options refuses words it does not know
+            refine=not no_refine,
+            quality=quality,
+            depth=cast("Any", depth),
         )
-        result = _personalized(read_mask(mask, label=_labels(label)), options)
+        result = _personalized(_read(mask, label, labels, rv_wall, ventricles), options)
         with appearing_together(out) as folder:
             result.write(folder)
 
@@ -119,8 +166,11 @@ def inspect(
         Path,
         typer.Option("-o", "--out", metavar="PICTURE", help="Picture of three slices."),
     ] = Path("inspect.png"),
+    ventricles: Ventricles = "auto",
     truncate: Truncate = "auto",
-    label: Labels = None,
+    label: Label = None,
+    labels: Labels = None,
+    rv_wall: RvWall = None,
     debug: Debug = False,
 ) -> None:
     """Show what is in a mask: what the checks found, what the shape analysis sees."""
@@ -128,15 +178,14 @@ def inspect(
         from heartgen.anatomy import analyse
         from heartgen.cli.tables import console, show_anatomy, show_image
         from heartgen.formats import replacing
-        from heartgen.images import read_mask
         from heartgen.pipeline import Options
         from heartgen.viewing import draw_slices
 
         check_picture(picture)
-        options = Options(truncate=_truncation(truncate))
-        image = read_mask(mask, label=_labels(label))
+        options = Options(truncate=_truncation(truncate), ventricles=cast("Any", ventricles))
+        image = _read(mask, label, labels, rv_wall, ventricles)
         show_image(image)
-        anatomy = analyse(image, options.truncate)
+        anatomy = analyse(image, options.truncate, options.ventricles)
         show_anatomy(anatomy)
         with replacing(picture) as temporary:
             draw_slices(image, anatomy).savefig(temporary, dpi=DPI)
@@ -219,11 +268,50 @@ def _truncation(text: str) -> Any:
         return text
 
 
-def _labels(given: list[str] | None) -> list[int | str] | None:
-    """Labels by number where they are numbers, else by name."""
-    if not given:
-        return None
-    return [int(text) if re.fullmatch(r"-?\d+", text) else text for text in given]
+def _read(
+    path: Path,
+    label: list[str] | None,
+    labels: str | None,
+    rv_wall: float | None,
+    ventricles: str = "auto",
+) -> Mask:
+    """Read a mask, or the myocardium of a label map."""
+    from heartgen.images import read_labels, read_mask
+    from heartgen.images.ventricles import RV_WALL
+
+    if labels is not None and label:
+        raise InputError(
+            f"{path}: --label and --labels were both given: name the label of the myocardium, or "
+            "say what all labels are"
+        )
+    if labels is None and rv_wall is not None:
+        raise InputError(f"{path}: --rv-wall needs a label map: say what its labels are: --labels")
+    if labels is None:
+        return read_mask(path, label=[_number(text) for text in label] if label else None)
+    thickness = RV_WALL if rv_wall is None else rv_wall
+    which: Any = ventricles  # read_labels refuses words it does not know
+    return read_labels(path, _scheme(labels), ventricles=which, rv_wall=thickness)
+
+
+def _scheme(text: str) -> str | dict[str, list[int | str]]:
+    """The name of a scheme, or roles and their labels, from role=label,role=label."""
+    if "=" not in text:
+        return text
+    roles: dict[str, list[int | str]] = {}
+    for part in text.split(","):
+        role, _, label = part.partition("=")
+        if not label.strip():
+            raise InputError(
+                f"labels {text!r} are not roles with their labels: write them like "
+                "lv_myocardium=2,lv_pool=3,rv_pool=1"
+            )
+        roles.setdefault(role.strip(), []).append(_number(label.strip()))
+    return roles
+
+
+def _number(text: str) -> int | str:
+    """A label by its number if it is one, else by its name."""
+    return int(text) if re.fullmatch(r"-?\d+", text) else text
 
 
 def _write_mask(mask: Mask, path: Path) -> None:

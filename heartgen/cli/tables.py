@@ -103,12 +103,26 @@ def show_anatomy(anatomy: Anatomy) -> None:
     )
     place = (
         ("from apex to base", _direction(anatomy.frame[:3, 2])),
-        ("wider side", _direction(anatomy.frame[:3, 0])),
+        (
+            "wider side" if anatomy.rv is None else "from left to right ventricle",
+            _direction(anatomy.frame[:3, 0]),
+        ),
         ("centre of the base", f"{_vector(anatomy.frame[:3, 3], 1)} mm"),
         ("rim rises and falls by", f"{number(anatomy.base.irregularity)} mm"),
         ("truncation", "none" if cut is None else f"{number(cut)} mm below the basal plane"),
     )
     console.print(_table(Section("Left ventricle", sizes)))
+    if anatomy.rv is not None:
+        low, high = np.degrees(anatomy.rv.insertion)
+        right = (
+            ("free wall", f"{number(anatomy.rv.wall_thickness)} mm"),
+            ("septum", f"{number(anatomy.rv.septal_thickness)} mm"),
+            ("blood pool", f"{number(anatomy.rv.pool_volume / ML)} ml"),
+            ("lowest point", f"{number(-anatomy.rv.apex_level)} mm below the base"),
+            ("width", f"{number(anatomy.rv.width)} mm"),
+            ("seen from the left one", f"from {low:.0f} to {high:.0f} degrees"),
+        )
+        console.print(_table(Section("Right ventricle", right)))
     console.print(_table(Section("Place in the world (LPS)", place)))
     _show_findings(anatomy.findings)
 

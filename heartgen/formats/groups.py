@@ -21,6 +21,17 @@ SURFACES = {
 """What the field calls our surfaces: heart terms of scaffoldmaker, which has none for the base."""
 
 WALL = "left ventricle myocardium"
+PARTS = {
+    "left ventricle": WALL,
+    "septum": "interventricular septum",
+    "right ventricle": "right ventricle myocardium",
+}
+PATCHES = {
+    "rv_septum": "endocardium of right ventricle on septum",
+    "rv_free_wall": "endocardium of right ventricle on free wall",
+}
+"""What the field calls our regions, and pieces of surfaces that it has no term for."""
+
 APEX = "apex of heart"
 
 TAKEN = ("coordinates",)
@@ -61,8 +72,8 @@ def named_groups(
     Returns
     -------
     dict of str to Group
-        Every named surface of the mesh, the node of the pole on the epicardium, all of a left
-        ventricle as its myocardium, and the extra ones, which take precedence.
+        Every named surface and region of the mesh, the node of the pole on the epicardium, all of
+        a left ventricle as its myocardium, and the extra ones, which take precedence.
 
     Raises
     ------
@@ -70,6 +81,8 @@ def named_groups(
         If an extra group names what the mesh does not have, or its name cannot be written.
     """
     members = {SURFACES.get(name, name): faces for name, faces in topology.surfaces.items()}
+    members |= {PARTS.get(name, name): elements for name, elements in topology.parts.items()}
+    members |= {PATCHES.get(name, name): faces for name, faces in topology.patches.items()}
     if "rv_endo" not in topology.surfaces:
         members[WALL] = np.arange(topology.n_elements)
     groups = {name: _group(of, topology, parts) for name, of in members.items()}

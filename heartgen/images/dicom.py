@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heartgen.images.checks import check_dimensions, check_size, report
 from heartgen.images.files import refuse
@@ -73,6 +75,41 @@ def read_segmentation(path: Path, label: Label | None) -> Volume:
         If there is no segmentation, not one only, or it is damaged or on irregular slices, or
         the segment is not to be told; or if highdicom is not installed.
     """
+    volume, _ = _read(path, lambda names, file: _choose(names, label, file))
+    return _volume(volume, volume.array.max(axis=-1))
+
+
+def read_segments(path: Path) -> Volume:
+    """Read all segments of a DICOM segmentation as a label map.
+
+    Parameters
+    ----------
+    path : Path
+        As of `read_segmentation`.
+
+    Returns
+    -------
+    Volume
+        The number of the segment that each voxel is in, 0 if none, and the segments' names.
+
+    Raises
+    ------
+    InputError
+        As of `read_segmentation`; or if segments overlap.
+    """
+    volume, names = _read(path, lambda names, _: list(names))
+    inside = volume.array > 1 / 2  # fractional segments end at the half
+    if (inside.sum(axis=-1) > 1).any():
+        refuse(path.name, "Segments of the file overlap: give one without, or one with labels.")
+    numbers = np.array([*names, 0])
+    values = numbers[np.where(inside.any(axis=-1), inside.argmax(axis=-1), len(names))]
+    return _volume(volume, values, names)
+
+
+def _read(
+    path: Path, choose: Callable[[Mapping[int, str], str], list[int]]
+) -> tuple[Any, Mapping[int, str]]:
+    """Highdicom's volume of the segments chosen, the last of its axes, and names of all."""
     highdicom = _highdicom(path.name)
     file = _find(path) if path.is_dir() else path
     header = _header(file)
@@ -83,7 +120,9 @@ def read_segmentation(path: Path, label: Label | None) -> Volume:
             "give the SEG file, or export the mask as NIfTI, NRRD or MHA.",
         )
     _check_pixels(header, file)
-    segments = _choose(header.segments, label, file.name)
+    if not header.segments:
+        refuse(file.name, "The file holds no segment: export the segmentation again.")
+    segments = choose(header.segments, file.name)
     with _refusal(file.name):
         seg = highdicom.seg.segread(file)
         geometry = seg.get_volume_geometry(allow_missing_positions=True)
@@ -96,11 +135,13 @@ def read_segmentation(path: Path, label: Label | None) -> Volume:
     shape = tuple(geometry.spatial_shape)
     report(file.name, [check_size((*shape, len(segments))), check_dimensions(shape)])
     with _refusal(file.name):
-        volume = seg.get_volume(segment_numbers=segments)
-    # highdicom indexes (slice, row, column) in LPS; we follow the other formats: (i, j, k).
-    values = volume.array.max(axis=-1).transpose(2, 1, 0)
+        return seg.get_volume(segment_numbers=segments), header.segments
+
+
+def _volume(volume: Any, values: NDArray[Any], names: Mapping[int, str] | None = None) -> Volume:
+    """Highdicom's values (slice, row, column) in the index order (i, j, k) of other formats."""
     affine = np.asarray(volume.affine, dtype=np.float64)[:, [2, 1, 0, 3]]
-    return Volume(values, affine)
+    return Volume(values.transpose(2, 1, 0), affine, names or {})
 
 
 def _highdicom(name: str) -> ModuleType:
@@ -182,8 +223,6 @@ def _check_pixels(header: _Header, file: Path) -> None:
 
 def _choose(names: Mapping[int, str], label: Label | None, name: str) -> list[int]:
     """Numbers of the segments to read."""
-    if not names:
-        refuse(name, "The file holds no segment: export the segmentation again.")
     offered = ", ".join(describe_label(number, names) for number in names)
     if label is None:
         if len(names) == 1:
@@ -191,7 +230,7 @@ def _choose(names: Mapping[int, str], label: Label | None, name: str) -> list[in
         refuse(
             name,
             f"The file holds the segments {offered}: pass the myocardium's, by number or name, as "
-            "label=... or --label.",
+            "label=... or --label, or say what they all are: read_labels or --labels.",
         )
     numbers, unknown = find_labels(label, names)
     unknown += [str(number) for number in numbers if number not in names]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.images.mask import Finding
-from heartgen.images.volume import Label
+from heartgen.images.volume import Label, Volume
 
 MAX_LABELS = 256
 """Distinct values beyond which an image is grey, not labelled: whole-body label maps have 120."""
@@ -19,44 +19,44 @@ LISTED = 12
 
 
 def myocardium(
-    values: NDArray[Any], label: Label | None, names: Mapping[int, str]
-) -> tuple[NDArray[np.bool_] | None, Finding | None]:
+    volume: Volume, label: Label | None = None
+) -> tuple[NDArray[np.bool_] | None, tuple[Finding, ...]]:
     """Select the myocardium.
 
     Parameters
     ----------
-    values : (nx, ny, nz) of a real type
-        Voxel values, finite.
+    volume : Volume
+        Three axes, of a real type, finite.
     label : int, str, sequence of them, or None
         Label(s) to take as myocardium, by value or by name; None for a binary image, in which
         every voxel that is not 0 is.
-    names : mapping of int to str
-        Names of the label values, if any are known.
 
     Returns
     -------
     voxels : (nx, ny, nz) bool or None
         The myocardium; None if it cannot be told.
-    finding : Finding or None
+    findings : tuple of Finding
         Why it cannot.
     """
+    values, names = volume.values, volume.label_names
     if label is None:
         voxels = values != 0
         inside = values[voxels]
         if inside.size == 0 or (inside == inside[0]).all():
-            return voxels, None
-        return None, _not_binary(values, names)
+            return voxels, ()
+        return None, (_not_binary(values, names),)
     chosen, unknown = find_labels(label, names)
     voxels = np.isin(values, chosen)
     unknown += [str(number) for number in chosen if not (values == number).any()]
     if not unknown:
-        return voxels, None
-    return None, Finding(
+        return voxels, ()
+    missing = Finding(
         "labels",
         f"There is no label {' or '.join(unknown)} in the image, which holds "
-        f"{_present(values, names)}: pass one of these as label=... or --label.",
+        f"{describe_present(values, names)}: pass one of these as label=... or --label.",
         fatal=True,
     )
+    return None, (missing,)
 
 
 def find_labels(label: Label, names: Mapping[int, str]) -> tuple[list[int], list[str]]:
@@ -81,6 +81,30 @@ def describe_label(number: float, names: Mapping[int, str]) -> str:
     return f"{number:g}" if name is None else f"{number:g} {name!r}"
 
 
+def describe_present(values: NDArray[Any], names: Mapping[int, str]) -> str:
+    """Labels of an image and how many voxels each has; of very many, the commonest."""
+    labels, counts = np.unique(values[values != 0], return_counts=True)
+    shown = np.sort(np.argsort(-counts, kind="stable")[:LISTED])
+    listed = [f"{describe_label(labels[i], names)} ({counts[i]} voxels)" for i in shown.tolist()]
+    if len(labels) > LISTED:
+        listed.append(f"{len(labels) - LISTED} more")
+    return ", ".join(listed) or "only 0"
+
+
+def not_labels(values: NDArray[Any]) -> Finding | None:
+    """Whole numbers, and not too many different ones: labels, not grey values."""
+    distinct = np.unique(values)
+    whole = values.dtype.kind != "f" or bool((distinct == np.round(distinct)).all())
+    if len(distinct) <= MAX_LABELS and whole:
+        return None
+    return Finding(
+        "binary",
+        f"The image is not a mask, it holds {len(distinct)} different values from "
+        f"{distinct[0]:g} to {distinct[-1]:g}: segment the myocardium, or threshold it.",
+        fatal=True,
+    )
+
+
 def _whole(one: int | str) -> int | None:
     """A label that is, or spells, a whole number."""
     try:
@@ -92,28 +116,9 @@ def _whole(one: int | str) -> int | None:
 
 def _not_binary(values: NDArray[Any], names: Mapping[int, str]) -> Finding:
     """Offer the labels of a label image; say of a grey image that it is one."""
-    distinct = np.unique(values)
-    whole = values.dtype.kind != "f" or bool((distinct == np.round(distinct)).all())
-    if len(distinct) > MAX_LABELS or not whole:
-        return Finding(
-            "binary",
-            f"The image is not a mask, it holds {len(distinct)} different values from "
-            f"{distinct[0]:g} to {distinct[-1]:g}: segment the myocardium, or threshold it.",
-            fatal=True,
-        )
-    return Finding(
+    return not_labels(values) or Finding(
         "binary",
-        f"The image is not binary, it holds the labels {_present(values, names)}: "
-        "pass the myocardium's as label=... or --label.",
+        f"The image is not binary, it holds the labels {describe_present(values, names)}: pass the "
+        "myocardium's as label=... or --label, or say what they all are: read_labels or --labels.",
         fatal=True,
     )
-
-
-def _present(values: NDArray[Any], names: Mapping[int, str]) -> str:
-    """Labels of an image and how many voxels each has; of very many, the commonest."""
-    labels, counts = np.unique(values[values != 0], return_counts=True)
-    shown = np.sort(np.argsort(-counts, kind="stable")[:LISTED])
-    listed = [f"{describe_label(labels[i], names)} ({counts[i]} voxels)" for i in shown.tolist()]
-    if len(labels) > LISTED:
-        listed.append(f"{len(labels) - LISTED} more")
-    return ", ".join(listed) or "only 0"

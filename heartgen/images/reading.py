@@ -1,11 +1,14 @@
-"""From a file or an array to a checked mask: `read_mask` and `mask_from_array`."""
+"""From a file or an array to a checked mask: `read_mask`, `read_labels`, `mask_from_array`."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,14 +25,18 @@ from heartgen.images.checks import (
     check_size,
     report,
 )
-from heartgen.images.dicom import read_segmentation
+from heartgen.images.dicom import read_segmentation, read_segments
 from heartgen.images.files import identify, refuse
 from heartgen.images.itk import read_itk
 from heartgen.images.labels import myocardium
-from heartgen.images.mask import Mask
+from heartgen.images.mask import Finding, Mask
 from heartgen.images.nifti import read_nifti
 from heartgen.images.repairs import keep_largest, pad_border
+from heartgen.images.schemes import Labelling, find_scheme
+from heartgen.images.ventricles import RV_WALL, VentricleChoice, check_choices, ventricular_walls
 from heartgen.images.volume import LPS_FROM_RAS, Label, Volume
+
+_Found: TypeAlias = tuple[NDArray[np.bool_] | None, tuple[Finding, ...]]
 
 
 def read_mask(path: str | PathLike[str], *, label: Label | None = None) -> Mask:
@@ -56,13 +63,56 @@ def read_mask(path: str | PathLike[str], *, label: Label | None = None) -> Mask:
     """
     file = Path(path)
     form = identify(file)
-    try:
+    with _enough_memory(file):
         if form.startswith("DICOM"):
-            return _checked(read_segmentation(file, label), None, file.resolve().name)
-        volume = read_nifti(file) if form.startswith("NIfTI") else read_itk(file, form)
-        return _checked(volume, label, file.name)
-    except MemoryError:
-        refuse(file.name, "The image is too large for this machine's memory: crop it to the heart.")
+            return _checked(read_segmentation(file, label), _name(file), myocardium)
+        return _checked(_image(file, form), _name(file), partial(myocardium, label=label))
+
+
+def read_labels(
+    path: str | PathLike[str],
+    scheme: Labelling,
+    *,
+    ventricles: VentricleChoice = "auto",
+    rv_wall: float = RV_WALL,
+) -> Mask:
+    """Read a label map of the heart, and take from it the myocardium of its ventricles.
+
+    Where the right ventricle's blood pool is labelled but not its wall, the wall is built: within
+    `rv_wall` of the pool, open at the base.
+
+    Parameters
+    ----------
+    path : path-like
+        As of `read_mask`. Segments of a DICOM segmentation count as labels.
+    scheme : str, Scheme, or mapping of str to labels
+        What the labels mean: ``"acdc"`` (M&Ms as well), ``"mmwhs"``, ``"ukbb"``,
+        ``"totalsegmentator"`` (heartchambers_highres), or ``"auto"`` for the one that fits. Or the
+        number(s) or name(s) of labels for each of the roles ``lv_myocardium``, ``lv_pool``,
+        ``rv_pool``, ``rv_myocardium``, of which the first is needed.
+    ventricles : {"auto", "lv", "biv"}
+        Which to take: all that are labelled, the left, both.
+    rv_wall : float
+        Thickness of the right ventricular wall if it has to be built, mm.
+
+    Returns
+    -------
+    Mask
+        As of `read_mask`; its `findings` also say what was built.
+
+    Raises
+    ------
+    InputError
+        As of `read_mask`; or if labels or the scheme are not as they have to be.
+    """
+    file = Path(path)
+    check_choices(ventricles, rv_wall, _name(file))
+    form = identify(file)
+    with _enough_memory(file):
+        volume = read_segments(file) if form.startswith("DICOM") else _image(file, form)
+        known = find_scheme(scheme, volume.label_names, _name(file))
+        select = partial(ventricular_walls, scheme=known, ventricles=ventricles, rv_wall=rv_wall)
+        return _checked(volume, _name(file), select)
 
 
 def mask_from_array(
@@ -91,31 +141,50 @@ def mask_from_array(
     Returns
     -------
     Mask
-        In one piece, with background around it, its `findings` saying what was mended.
+        As of `read_mask`.
 
     Raises
     ------
     InputError
-        If no heart can be meshed from the array; the message names every reason that was found.
+        As of `read_mask`.
     """
     world = _matrix(affine, name)
     if frame not in ("LPS", "RAS"):
         refuse(name, f"The frame {frame!r} is unknown: give 'LPS' or 'RAS'.")
     if frame == "RAS" and world.shape == (4, 4):
         world = LPS_FROM_RAS * world
-    return _checked(Volume(np.asarray(voxels), world), label, name)
+    return _checked(Volume(np.asarray(voxels), world), name, partial(myocardium, label=label))
 
 
-def _checked(volume: Volume, label: Label | None, name: str) -> Mask:
-    """The mask in a volume, once every check has seen it."""
+def _image(file: Path, form: str) -> Volume:
+    """Read an image that is not DICOM."""
+    return read_nifti(file) if form.startswith("NIfTI") else read_itk(file, form)
+
+
+def _name(file: Path) -> str:
+    """Name for reports, also of the folder one is in."""
+    return file.resolve().name if file.is_dir() else file.name
+
+
+@contextmanager
+def _enough_memory(file: Path) -> Iterator[None]:
+    """Say so if an image is too large for this machine."""
+    try:
+        yield
+    except MemoryError:
+        refuse(file.name, "The image is too large for this machine's memory: crop it to the heart.")
+
+
+def _checked(volume: Volume, name: str, select: Callable[[Volume], _Found]) -> Mask:
+    """The mask that is selected from a volume, once every check has seen it."""
     shape = volume.values.shape
     report(name, [check_size(shape), check_dimensions(shape), check_data_type(volume.values.dtype)])
-    values = volume.values.reshape(shape[:3])
-    findings = [*volume.findings, check_affine(volume.affine), check_finite(values)]
+    volume = replace(volume, values=volume.values.reshape(shape[:3]))
+    findings = [*volume.findings, check_affine(volume.affine), check_finite(volume.values)]
     voxels = None
     if findings[-1] is None:
-        voxels, untold = myocardium(values, label, volume.label_names)
-        findings.append(untold)
+        voxels, told = select(volume)
+        findings += told
     if voxels is not None:
         findings += [check_empty(voxels), check_background(voxels), check_extent(voxels)]
     seen = report(name, findings)

@@ -16,7 +16,7 @@ STARTS = 10
 """Start samples per face and direction; finer than any bump of a bicubic patch."""
 
 CANDIDATES = 6
-"""Nearest start samples from which Newton's method is tried."""
+"""Nearest start samples from which Newton's method is tried unless told otherwise."""
 
 NEWTON_STEPS = 30
 TOLERANCE = 1e-10
@@ -46,7 +46,10 @@ class ClosestPoints:
 
 
 def closest_points(
-    mesh: HexMesh, faces: NDArray[np.intp], queries: NDArray[np.float64]
+    mesh: HexMesh,
+    faces: NDArray[np.intp],
+    queries: NDArray[np.float64],
+    candidates: int = CANDIDATES,
 ) -> ClosestPoints:
     """Closest point of the faces to each query point.
 
@@ -59,6 +62,8 @@ def closest_points(
         (element, face).
     queries : (n, 3) float64
         mm, world (LPS).
+    candidates : int
+        Nearest samples of the faces from which Newton's method is tried.
 
     Returns
     -------
@@ -69,8 +74,8 @@ def closest_points(
     v, u = np.meshgrid(t, t, indexing="ij")
     starts = np.stack([u.ravel(), v.ravel()], -1)
     samples = np.matmul(tabulate_face(starts), control)
-    _, nearest = cKDTree(samples.reshape(-1, 3)).query(queries, k=CANDIDATES, workers=-1)
-    face, start = np.divmod(nearest, len(starts))
+    _, nearest = cKDTree(samples.reshape(-1, 3)).query(queries, k=candidates, workers=-1)
+    face, start = np.divmod(nearest.reshape(len(queries), -1), len(starts))
     out_face = np.empty(len(queries), dtype=np.int64)
     out_uv = np.empty((len(queries), 2))
     out_points = np.empty((len(queries), 3))

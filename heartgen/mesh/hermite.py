@@ -54,8 +54,8 @@ def cup_topology(shape: tuple[int, int, int], grading: tuple[float, float] = LIN
             f"elements {radial}x{around}x{along} cannot make a ventricle: use at least 1 radial, "
             f"{MIN_CIRCUMFERENTIAL} circumferential and 1 longitudinal element"
         )
-    surface = _surface_extraction(around, along)
-    line = _line_extraction(radial)
+    surface = surface_extraction(around, along)
+    line = line_extraction(radial)
     ones = np.zeros(surface.shape[1])
     ones[0], ones[POLE_DOFS::NODE_DOFS] = 1, 1
     index = np.array(
@@ -68,7 +68,7 @@ def cup_topology(shape: tuple[int, int, int], grading: tuple[float, float] = LIN
         return np.stack([elements.ravel(), np.full(elements.size, face)], -1)
 
     return Topology(
-        extraction=_tensor_extraction(line, surface, radial, around * along),
+        extraction=tensor_extraction(line, surface),
         shape=shape,
         index=index,
         surfaces={
@@ -88,14 +88,38 @@ def surface_dofs(around: int, along: int) -> int:
     return POLE_DOFS + NODE_DOFS * around * along
 
 
-def _node(column: int, row: int, around: int) -> int:
+def node_dofs(column: int, row: int, around: int) -> int:
     """First surface degree of freedom of a regular node; row 1 is the first above the pole."""
     return POLE_DOFS + NODE_DOFS * ((row - 1) * around + column % around)
 
 
-def _surface_extraction(around: int, along: int) -> sp.csr_array:
-    """(16 faces, surface dofs): bicubic Bernstein coefficients, xi1 fastest, face (row, column)."""
+def even_angles(around: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Angles at which evenly spaced columns leave the pole, and their derivative by xi1."""
     step = 2 * np.pi / around
+    return step * np.arange(around, dtype=float), np.full(around, step)
+
+
+def surface_extraction(
+    around: int,
+    along: int,
+    angles: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+) -> sp.csr_array:
+    """Bicubic Bernstein coefficients of the faces of a cup from its surface degrees of freedom.
+
+    Parameters
+    ----------
+    around, along : int
+        Faces.
+    angles : (around,) and (around,) float64, optional
+        Angles at which the columns leave the pole, and their derivative by xi1, rad; even if
+        omitted.
+
+    Returns
+    -------
+    (16 faces, dofs) sparse
+        xi1 fastest; face (row, column).
+    """
+    angle, step = angles or even_angles(around)
     to_bernstein = np.kron(HERMITE_TO_BERNSTEIN, HERMITE_TO_BERNSTEIN)
     rows, columns, values = [], [], []
     for s in range(along):
@@ -105,24 +129,25 @@ def _surface_extraction(around: int, along: int) -> sp.csr_array:
                 for end_c in (0, 1):
                     local = 4 * (2 * end_s) + 2 * end_c  # (value | slope along) x (value | around)
                     if s + end_s == 0:
-                        angle = step * (c + end_c)
+                        column = (c + end_c) % around
+                        cos, sin = np.cos(angle[column]), np.sin(angle[column])
                         hermite[local, 0] = 1
-                        hermite[local + 4, 1:3] = np.cos(angle), np.sin(angle)
-                        hermite[local + 5, 1:3] = -step * np.sin(angle), step * np.cos(angle)
+                        hermite[local + 4, 1:3] = cos, sin
+                        hermite[local + 5, 1:3] = -step[column] * sin, step[column] * cos
                         continue
-                    first = _node(c + end_c, s + end_s, around)
+                    first = node_dofs(c + end_c, s + end_s, around)
                     hermite[[local, local + 1, local + 4, local + 5], first + np.arange(4)] = 1
             block = to_bernstein @ hermite
-            row, column = np.nonzero(block)
+            row, dof = np.nonzero(block)
             rows.append(row + 16 * (s * around + c))
-            columns.append(column)
-            values.append(block[row, column])
+            columns.append(dof)
+            values.append(block[row, dof])
     shape = (16 * around * along, surface_dofs(around, along))
     entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
     return sp.csr_array(sp.coo_array(entries, shape=shape))
 
 
-def _line_extraction(radial: int) -> NDArray[np.float64]:
+def line_extraction(radial: int) -> NDArray[np.float64]:
     """(radial, 4, 2 (radial + 1)): Bernstein coefficients across each layer of elements."""
     out = np.zeros((radial, 4, 2 * (radial + 1)))
     for r in range(radial):
@@ -130,13 +155,24 @@ def _line_extraction(radial: int) -> NDArray[np.float64]:
     return out
 
 
-def _tensor_extraction(
-    line: NDArray[np.float64], surface: sp.csr_array, radial: int, n_faces: int
-) -> sp.csr_array:
-    """Extraction matrix of the wall: element (r, face), coefficient 16 k + surface coefficient."""
-    flat = sp.csr_array(sp.kron(sp.csr_array(line.reshape(4 * radial, -1)), surface))
+def tensor_extraction(line: NDArray[np.float64], surface: sp.csr_array) -> sp.csr_array:
+    """Extraction matrix of a wall from those of a line across it and of its surfaces.
+
+    Parameters
+    ----------
+    line : (layers, 4, 2 (layers + 1)) float64
+        Bernstein coefficients across each layer of elements.
+    surface : (16 faces, dofs) sparse
+
+    Returns
+    -------
+    (64 layers faces, 2 (layers + 1) dofs) sparse
+        Element (layer, face), coefficient 16 k + surface coefficient.
+    """
+    layers, n_faces = len(line), surface.shape[0] // 16
+    flat = sp.csr_array(sp.kron(sp.csr_array(line.reshape(4 * layers, -1)), surface))
     r, face, k, a = np.meshgrid(
-        np.arange(radial), np.arange(n_faces), np.arange(4), np.arange(16), indexing="ij"
+        np.arange(layers), np.arange(n_faces), np.arange(4), np.arange(16), indexing="ij"
     )
     order = ((4 * r + k) * n_faces + face) * 16 + a
     return sp.csr_array(flat[order.ravel()])

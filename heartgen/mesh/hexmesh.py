@@ -11,6 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from heartgen.mesh.bernstein import ORDER, lattice, subdivision, tabulate
+from heartgen.mesh.numbering import corner_nodes
 
 COEFFICIENTS = ORDER**3
 
@@ -39,6 +40,10 @@ class Topology:
         Degrees of freedom of the function 1.
     straightening : (n, n) sparse
         Degrees of freedom after linearisation across the wall, from those before.
+    parts : mapping of str to (m,) int
+        Named regions: their elements.
+    patches : mapping of str to (f, 2) int
+        Named pieces of the surfaces, as (element, face).
     """
 
     extraction: sp.csr_array
@@ -49,6 +54,8 @@ class Topology:
     nodes: NDArray[np.intp]
     constant: NDArray[np.float64]
     straightening: sp.csr_array = field(repr=False)
+    parts: Mapping[str, NDArray[np.intp]] = field(default_factory=dict)
+    patches: Mapping[str, NDArray[np.intp]] = field(default_factory=dict)
 
     @property
     def n_elements(self) -> int:
@@ -190,20 +197,12 @@ def _refine(topology: Topology, pieces: tuple[int, int, int]) -> Topology:
         index=index,
         surfaces={name: split_faces(f) for name, f in topology.surfaces.items()},
         collapsed=split_faces(topology.collapsed),
-        nodes=_refined_nodes(topology, pieces),
+        nodes=corner_nodes(extraction),
         constant=topology.constant,
         straightening=topology.straightening,
+        parts={
+            name: (n_cells * part[:, None] + np.arange(n_cells)).ravel()
+            for name, part in topology.parts.items()
+        },
+        patches={name: split_faces(f) for name, f in topology.patches.items()},
     )
-
-
-def _refined_nodes(topology: Topology, pieces: tuple[int, int, int]) -> NDArray[np.intp]:
-    """Corner nodes of the split elements: two corners are one node if they always coincide."""
-    corners = np.array([(i, j, k) for k in (0, 1) for j in (0, 1) for i in (0, 1)], dtype=float)
-    cells = np.array(
-        [(i, j, k) for k in range(pieces[2]) for j in range(pieces[1]) for i in range(pieces[0])]
-    )
-    xi = ((cells[:, None, :] + corners[None]) / np.array(pieces)).reshape(-1, 3)
-    probe = np.random.default_rng(0).standard_normal((topology.extraction.shape[1], 3))
-    places = HexMesh(probe, topology).evaluate(xi).reshape(-1, 3)
-    _, nodes = np.unique(np.round(places, 9), axis=0, return_inverse=True)
-    return np.asarray(nodes.reshape(-1, 8), dtype=np.intp)

@@ -32,12 +32,14 @@ class Projector:
 
     points: NDArray[np.float64]
     _matrix: sp.csc_array
-    _moments: sp.csr_array
+    _gather: sp.csr_array
+    _weighted: NDArray[np.float64]
     _solve: Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
     def project(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Degrees of freedom (n, 3) closest in L2 to the values (m, 3) at `points`."""
-        right = np.asarray(self._moments @ values)
+        moments = np.matmul(self._weighted, values.reshape(len(self._weighted), -1, 3))
+        right = np.asarray(self._gather @ moments.reshape(-1, 3))
         dofs = self._solve(right)
         # One step of iterative refinement: the DOFs near the pole are poorly conditioned.
         return np.asarray(dofs + self._solve(right - self._matrix @ dofs))
@@ -65,16 +67,17 @@ def projector(mesh: HexMesh, n: tuple[int, int, int]) -> Projector:
     basis = tabulate(xi)
     extraction = mesh.topology.extraction
     e = mesh.n_elements
-    mass = np.matmul(basis.T, weights[:, :, None] * basis)
+    weighted = basis.T * weights[:, None, :]
+    mass = np.matmul(weighted, basis)
     rows = ORDER**3 * np.arange(e)[:, None, None] + np.arange(ORDER**3)[None, :, None]
     rows, columns = np.broadcast_arrays(rows, rows.transpose(0, 2, 1))
     block = sp.csr_array((mass.ravel(), (rows.ravel(), columns.ravel())))
     matrix = sp.csc_array(extraction.T @ block @ extraction)
     factor = spla.splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-    spread = sp.kron(sp.eye_array(e), sp.csr_array(basis.T)) @ sp.diags_array(weights.ravel())
     return Projector(
         points=mesh.evaluate(xi).reshape(-1, 3),
         _matrix=matrix,
-        _moments=sp.csr_array(extraction.T @ spread),
+        _gather=sp.csr_array(extraction.T),
+        _weighted=weighted,
         _solve=factor.solve,
     )

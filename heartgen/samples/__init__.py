@@ -1,9 +1,23 @@
-"""Left ventricles of known truth: ``samples.load("lifelike")`` gives a mask and what it hides."""
+"""Hearts of known truth: ``samples.load("lifelike")`` gives a mask and what it hides."""
 
 from __future__ import annotations
 
+from heartgen.samples.biventricular import biv
 from heartgen.samples.catalogue import load, names
-from heartgen.samples.phantoms import Sample, ideal_cup, lifelike_lv
+from heartgen.samples.phantoms import ideal_cup, lifelike_lv
+from heartgen.samples.placement import Placement
+from heartgen.samples.right import RightVentricle
+from heartgen.samples.sample import Sample
 from heartgen.samples.truth import Truth
 
-__all__ = ["Sample", "Truth", "ideal_cup", "lifelike_lv", "load", "names"]
+__all__ = [
+    "Placement",
+    "RightVentricle",
+    "Sample",
+    "Truth",
+    "biv",
+    "ideal_cup",
+    "lifelike_lv",
+    "load",
+    "names",
+]

@@ -1,4 +1,4 @@
-"""A smooth surface patch over a polar region of the plane: its area, quadrature and distance.
+"""A smooth surface patch over a region of the plane: its area, samples and distance.
 
 Everything is worked out from the closed-form map itself, so it is exact to far below a micrometre
 and no triangulation stands between a phantom and its truth.
@@ -6,29 +6,35 @@ and no triangulation stands between a phantom and its truth.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline, PchipInterpolator
+from scipy.interpolate import PchipInterpolator
 from scipy.spatial import KDTree
+
+from heartgen.samples.nearest import (
+    LEAF,
+    Curve,
+    Surface,
+    closest,
+    curve_distance,
+    make_curve,
+    normal,
+)
+from heartgen.samples.region import Region
 
 Array = NDArray[np.float64]
 
-STEP = 1e-4
-"""Step of the finite differences in the plane (rad or mm): truncation and round-off near 1e-9."""
+NODES = 64
+"""Gauss-Legendre nodes along q: area of our patches to 1e-8."""
 
-RADIAL_NODES = 64
-"""Gauss-Legendre nodes along each ray of the product rule: area of our patches to 1e-8."""
-
-ANGULAR_NODES = 256
-"""Nodes of the periodic trapezoidal rule around the region (spectral for smooth patches)."""
+NODES_AROUND = 256
+"""Nodes along v: trapezoidal rule all around (spectral), or Gauss-Legendre."""
 
 DENSITY_CELLS = 256
-"""Cells along a ray in which the area is tabulated to spread samples evenly."""
+"""Cells along q and v in which the area is tabulated to spread samples evenly."""
 
 GOLDEN = (1 + 5**0.5) / 2
 """The golden ratio: successive samples turn by 1/GOLDEN turns, as seeds in a sunflower."""
@@ -36,67 +42,37 @@ GOLDEN = (1 + 5**0.5) / 2
 SEED_AREA = 0.25
 """Area per start point of the closest-point search, mm^2 (a start lies within 0.4 mm)."""
 
-NEWTON_STEPS = 8
-"""Upper limit of Newton steps to a closest point; 3 or 4 reach round-off away from focal points."""
-
-LONGEST_STEP = 1.0
-"""Longest Newton step on the surface, mm, a little more than the distance to the start point."""
-
-FLAT = 1e-3
-"""Determinant of the Hessian, against the metric's, below which its curvature is not trusted."""
-
-CONVERGED = 1e-6
-"""Newton step after which a closest point counts as found, mm (distances are second order)."""
-
-CURVE_KNOTS = 512
-"""Knots of the periodic cubic spline of a boundary curve: within 1e-6 mm of the curve."""
-
-CURVE_STEP = 2 * np.pi / CURVE_KNOTS
-"""Longest Newton step along a boundary curve, rad: one knot."""
-
-LEAF = 32
-"""Points in a leaf of the search trees; fastest for points far from a small patch."""
-
-DOT = "nx,nx->n"
-"""Scalar product per row: n point, x space."""
-
-
-class Curve(NamedTuple):
-    """Closed curve: spline over the angle to points, mm, and a search tree of its knots."""
-
-    spline: CubicSpline[np.float64]
-    tree: KDTree
-
 
 @dataclass(frozen=True)
 class Patch:
-    """Surface over the region ``inner(angle) <= radius <= outer(angle)`` of a plane.
+    """Surface over a region of a plane.
 
     Attributes
     ----------
     point : callable
         Plane coordinates (n, 2) to points (n, 3), mm; smooth on and a little beyond the region.
-    outer : callable
-        Any angle (n,), rad, to the radius (n,) of the outer boundary.
-    inner : callable or None
-        Same for the boundary of a hole around the origin; None if there is no hole.
+    region : Region
     """
 
-    point: Callable[[Array], Array]
-    outer: Callable[[Array], Array]
-    inner: Callable[[Array], Array] | None = None
+    point: Surface
+    region: Region
+
+    @cached_property
+    def elements(self) -> tuple[Array, Array]:
+        """Quadrature nodes (n, 3), mm, and area vectors (n, 3), mm^2, normal to the surface."""
+        plane, weights = _product_rule(self)
+        return self.point(plane), weights[:, None] * normal(self.point, plane)
 
     @cached_property
     def area(self) -> float:
         """Area of the patch, mm^2."""
-        plane, weights = _product_rule(self)
-        return float(weights @ np.linalg.norm(_normal(self, plane), axis=1))
+        return float(np.linalg.norm(self.elements[1], axis=1).sum())
 
     @cached_property
     def column_volume(self) -> float:
         """Integral of z over the shadow of the patch on the plane z = 0, mm^3, positive upward."""
-        plane, weights = _product_rule(self)
-        return float(weights @ (self.point(plane)[:, 2] * _normal(self, plane)[:, 2]))
+        points, vectors = self.elements
+        return float(points[:, 2] @ vectors[:, 2])
 
     @cached_property
     def seeds(self) -> tuple[KDTree, Array]:
@@ -106,187 +82,87 @@ class Patch:
 
     @cached_property
     def boundary(self) -> tuple[Curve, ...]:
-        """The closed curves that bound the patch."""
-        angle = np.linspace(0, 2 * np.pi, CURVE_KNOTS + 1)
-        curves = []
-        for edge in (self.inner, self.outer):
-            if edge is not None:
-                knots = self.point(_polar(edge(angle), angle))
-                knots[-1] = knots[0]
-                spline = CubicSpline(angle, knots, bc_type="periodic")
-                curves.append(Curve(spline, KDTree(knots[:-1], leafsize=LEAF)))
-        return tuple(curves)
+        """The smooth curves that bound the patch."""
+        return tuple(
+            make_curve(parameter, self.point(plane), self.region.closed)
+            for parameter, plane in self.region.borders()
+        )
 
+    def samples(self, n: int) -> tuple[Array, Array]:
+        """Spread samples evenly.
 
-def quadrature(patch: Patch, n: int) -> tuple[Array, Array]:
-    """Spread samples evenly over a patch.
+        Parameters
+        ----------
+        n : int
+            Number of samples, at least 1.
 
-    Parameters
-    ----------
-    patch : Patch
-    n : int
-        Number of samples, at least 1.
+        Returns
+        -------
+        points : (n, 3) float64, mm
+        weights : (n,) float64, mm^2
+            Nearly equal; their sum is the area of the patch.
+        """
+        plane, weights = _spread(self, n)
+        return self.point(plane), weights * (self.area / weights.sum())
 
-    Returns
-    -------
-    points : (n, 3) float64, mm
-    weights : (n,) float64, mm^2
-        Nearly equal; their sum is the area of the patch.
-    """
-    plane, weights = _spread(patch, n)
-    return patch.point(plane), weights * (patch.area / weights.sum())
+    def distance(self, points: Array) -> Array:
+        """Distance to the patch: Newton from the nearest sample, and to its boundary curves.
 
+        Every candidate lies on the patch, so the least is never below the true distance.
 
-def distance(patch: Patch, points: Array) -> Array:
-    """Distance from points to a patch: Newton from the nearest sample, and to its boundary curves.
+        Parameters
+        ----------
+        points : (n, 3) float64, mm
 
-    Every candidate lies on the patch, so the least of them is never below the true distance.
-
-    Parameters
-    ----------
-    patch : Patch
-    points : (n, 3) float64, mm
-
-    Returns
-    -------
-    (n,) float64, mm
-        Not negative.
-    """
-    tree, plane = patch.seeds
-    best, start = tree.query(points)
-    foot = _closest(patch, points, plane[start])
-    reached = np.linalg.norm(patch.point(foot) - points, axis=1)
-    best = np.minimum(best, np.where(_within(patch, foot), reached, np.inf))
-    for curve in patch.boundary:
-        best = np.minimum(best, _curve_distance(curve, points))
-    return np.asarray(best)
+        Returns
+        -------
+        (n,) float64, mm
+            Not negative.
+        """
+        tree, plane = self.seeds
+        best, start = tree.query(points)
+        foot = closest(self.point, points, plane[start])
+        reached = np.linalg.norm(self.point(foot) - points, axis=1)
+        best = np.minimum(best, np.where(self.region.holds(foot), reached, np.inf))
+        for curve in self.boundary:
+            best = np.minimum(best, curve_distance(curve, points))
+        return np.asarray(best)
 
 
 def _product_rule(patch: Patch) -> tuple[Array, Array]:
-    """Nodes (n, 2) and weights (n,) in the plane: Gauss along rays, trapezoidal around."""
-    node, gauss = np.polynomial.legendre.leggauss(RADIAL_NODES)
-    angle = np.linspace(0, 2 * np.pi, ANGULAR_NODES, endpoint=False)
-    q, angle = (a.ravel() for a in np.meshgrid((node + 1) / 2, angle, indexing="ij"))
-    radius, width = _ray(patch, q, angle)
-    weights = np.repeat(gauss / 2, ANGULAR_NODES) * (2 * np.pi / ANGULAR_NODES)
-    return _polar(radius, angle), weights * radius * width
+    """Nodes (n, 2) and weights (n,) in the plane that integrate over the region."""
+    node, gauss = np.polynomial.legendre.leggauss(NODES)
+    if patch.region.closed:
+        v = np.linspace(0, 1, NODES_AROUND, endpoint=False)
+        share = np.full(NODES_AROUND, 1 / NODES_AROUND)
+    else:
+        v, share = np.polynomial.legendre.leggauss(NODES_AROUND)
+        v, share = (v + 1) / 2, share / 2
+    q, v = (a.ravel() for a in np.meshgrid((node + 1) / 2, v, indexing="ij"))
+    plane, stretch = patch.region.place(q, v)
+    return plane, np.outer(gauss / 2, share).ravel() * stretch
 
 
 def _spread(patch: Patch, n: int) -> tuple[Array, Array]:
     """Plane coordinates (n, 2) of samples even in area, and their areas (n,) in space, mm^2."""
-    middle = (np.arange(DENSITY_CELLS) + 1 / 2) / DENSITY_CELLS
-    around = np.linspace(0, 2 * np.pi, DENSITY_CELLS, endpoint=False)
-    q, angle = (a.ravel() for a in np.meshgrid(middle, around, indexing="ij"))
-    density = _density(patch, q, angle).reshape(DENSITY_CELLS, -1).sum(axis=1)
-    share = np.concatenate([[0.0], np.cumsum(density)]) / density.sum()
+    edges = np.linspace(0, 1, DENSITY_CELLS + 1)
+    middle = (edges[1:] + edges[:-1]) / 2
+    q, v = (a.ravel() for a in np.meshgrid(middle, middle, indexing="ij"))
+    density = _density(patch, q, v)[1].reshape(DENSITY_CELLS, -1)
+    along, around = (
+        np.concatenate([[0.0], np.cumsum(density.sum(axis=a)) / density.sum()]) for a in (1, 0)
+    )
     # q^2, not q, is smooth in the share of area at a pole, where area grows as radius squared.
-    square = PchipInterpolator(share, np.linspace(0, 1, DENSITY_CELLS + 1) ** 2)
+    square, turn = PchipInterpolator(along, edges**2), PchipInterpolator(around, edges)
     index = np.arange(n)
-    u = (index + 1 / 2) / n
-    q = np.sqrt(square(u))
-    angle = 2 * np.pi * np.mod(index / GOLDEN, 1)
-    slope = square.derivative()(u) / (2 * q)
-    radius, _ = _ray(patch, q, angle)
-    return _polar(radius, angle), _density(patch, q, angle) * slope * (2 * np.pi / n)
+    u, w = (index + 1 / 2) / n, np.mod(1 / 2 + index / GOLDEN, 1)
+    q, v = np.sqrt(square(u)), turn(w)
+    stretch = square.derivative()(u) / (2 * q) * turn.derivative()(w)
+    plane, density = _density(patch, q, v)
+    return plane, density * stretch / n
 
 
-def _density(patch: Patch, q: Array, angle: Array) -> Array:
-    """Area in space per unit of (q, angle), mm^2; q runs from 0 to 1 along each ray."""
-    radius, width = _ray(patch, q, angle)
-    stretch = np.linalg.norm(_normal(patch, _polar(radius, angle)), axis=1)
-    return np.asarray(radius * width * stretch)
-
-
-def _ray(patch: Patch, q: Array, angle: Array) -> tuple[Array, Array]:
-    """Radius at fraction q of each ray through the region, and length of that ray, both (n,)."""
-    inner = np.zeros_like(angle) if patch.inner is None else patch.inner(angle)
-    width = patch.outer(angle) - inner
-    return inner + q * width, width
-
-
-def _polar(radius: Array, angle: Array) -> Array:
-    """Plane coordinates (n, 2) of polar ones."""
-    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
-
-
-def _within(patch: Patch, plane: Array) -> NDArray[np.bool_]:
-    """Which plane coordinates (n, 2) lie in the region of the patch, (n,)."""
-    angle = np.arctan2(plane[:, 1], plane[:, 0])
-    radius = np.linalg.norm(plane, axis=1)
-    above = True if patch.inner is None else radius >= patch.inner(angle)
-    return np.asarray(above & (radius <= patch.outer(angle)))
-
-
-def _normal(patch: Patch, plane: Array) -> Array:
-    """Cross product of the two tangents at plane coordinates (n, 2): (n, 3), length = area."""
-    ds, dt = np.eye(2) * STEP
-    along_s = (patch.point(plane + ds) - patch.point(plane - ds)) / (2 * STEP)
-    along_t = (patch.point(plane + dt) - patch.point(plane - dt)) / (2 * STEP)
-    return np.cross(along_s, along_t)
-
-
-def _closest(patch: Patch, points: Array, start: Array) -> Array:
-    """Plane coordinates (n, 2) at which |point(plane) - points|^2 is stationary, near a start."""
-    foot = start.copy()
-    active = np.arange(len(points))
-    for _ in range(NEWTON_STEPS):
-        step, length = _newton_step(patch, points[active], foot[active])
-        foot[active] += step
-        active = active[length > CONVERGED]
-        if not active.size:
-            break
-    return foot
-
-
-def _newton_step(patch: Patch, points: Array, plane: Array) -> tuple[Array, Array]:
-    """Newton step (n, 2) in the plane and its length (n,) on the surface, mm.
-
-    Gauss-Newton where the Hessian is not safely positive (near focal points).
-    """
-    derivatives = _derivatives(patch, plane)
-    gap = derivatives[0] - points
-    ps, pt, pss, ptt, pst = derivatives[1:]
-    g_ss, g_tt, g_st = np.einsum(DOT, ps, ps), np.einsum(DOT, pt, pt), np.einsum(DOT, ps, pt)
-    h_ss = g_ss + np.einsum(DOT, gap, pss)
-    h_tt = g_tt + np.einsum(DOT, gap, ptt)
-    h_st = g_st + np.einsum(DOT, gap, pst)
-    safe = (h_ss > 0) & (h_ss * h_tt - h_st**2 > FLAT * (g_ss * g_tt - g_st**2))
-    h_ss, h_tt, h_st = (np.where(safe, h, g) for h, g in ((h_ss, g_ss), (h_tt, g_tt), (h_st, g_st)))
-    b_s, b_t = np.einsum(DOT, gap, ps), np.einsum(DOT, gap, pt)
-    determinant = h_ss * h_tt - h_st**2
-    step_s = (h_st * b_t - h_tt * b_s) / determinant
-    step_t = (h_st * b_s - h_ss * b_t) / determinant
-    length = np.sqrt(g_ss * step_s**2 + 2 * g_st * step_s * step_t + g_tt * step_t**2)
-    limit = LONGEST_STEP / np.maximum(length, LONGEST_STEP)
-    return np.column_stack([step_s, step_t]) * limit[:, None], length * limit
-
-
-def _derivatives(patch: Patch, plane: Array) -> tuple[Array, ...]:
-    """Point, two first and three second derivatives (ss, tt, st) by central differences."""
-    ds, dt = np.eye(2) * STEP
-
-    def around(direction: Array) -> Iterator[Array]:
-        yield patch.point(plane + direction)
-        yield patch.point(plane - direction)
-
-    p = patch.point(plane)
-    (s1, s0), (t1, t0) = around(ds), around(dt)
-    (a1, a0), (b1, b0) = around(ds + dt), around(ds - dt)
-    first = (s1 - s0) / (2 * STEP), (t1 - t0) / (2 * STEP)
-    second = (s1 - 2 * p + s0) / STEP**2, (t1 - 2 * p + t0) / STEP**2
-    mixed = (a1 + a0 - b1 - b0) / (2 * STEP) ** 2
-    return p, *first, *second, mixed
-
-
-def _curve_distance(curve: Curve, points: Array) -> Array:
-    """Distance (n,), mm, to a closed curve: Newton in the angle from the nearest knot."""
-    best, nearest = curve.tree.query(points)
-    angle = curve.spline.x[nearest]
-    for _ in range(NEWTON_STEPS):
-        gap = curve.spline(angle) - points
-        tangent, curvature = curve.spline(angle, 1), curve.spline(angle, 2)
-        metric = np.einsum(DOT, tangent, tangent)
-        hessian = metric + np.einsum(DOT, gap, curvature)
-        step = -np.einsum(DOT, gap, tangent) / np.where(hessian > FLAT * metric, hessian, metric)
-        angle = angle + np.clip(step, -CURVE_STEP, CURVE_STEP)
-    return np.asarray(np.minimum(best, np.linalg.norm(curve.spline(angle) - points, axis=1)))
+def _density(patch: Patch, q: Array, v: Array) -> tuple[Array, Array]:
+    """Plane coordinates (n, 2) and area in space, mm^2, per unit of (q, v), (n,)."""
+    plane, stretch = patch.region.place(q, v)
+    return plane, stretch * np.linalg.norm(normal(patch.point, plane), axis=1)

@@ -1,25 +1,20 @@
-"""Phantoms of the left ventricle: a mask as a scanner would give it, and the truth behind it."""
+"""Phantoms of the left ventricle: an ideal cup, and one with all that makes hearts difficult."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import ndimage
 
 from heartgen.errors import InputError
-from heartgen.images.mask import Mask
-from heartgen.samples.placement import make_grid, make_pose
+from heartgen.samples.placement import Placement
+from heartgen.samples.sample import Sample, make_sample
 from heartgen.samples.shape import Ellipsoid, Lobe, Shape, below_base, depth, straighten, wall_point
-from heartgen.samples.truth import Truth
 
 Array = NDArray[np.float64]
-Inside = Callable[[Shape, Array], NDArray[np.bool_]]
-
-EXTENT_SAMPLES = 5000
-"""Surface samples that, with the rims, span the heart to 0.2 mm; the margin does the rest."""
 
 # Sizes of a normal adult left ventricle at end diastole (Lang et al. 2015, JASE 28:1-39): internal
 # diameter 42-58 mm, wall 6-10 mm; about 80-90 mm from base to apex in long-axis views.
@@ -61,25 +56,6 @@ TRABECULAR_RANGE = (0.25, 1.25)
 """Angle from the apex over which ridges stand, rad: from beside the apex to the mid level."""
 
 
-@dataclass(frozen=True)
-class Sample:
-    """A phantom.
-
-    Attributes
-    ----------
-    mask : Mask
-        The voxels that a user would start from.
-    truth : Truth
-        The smooth wall behind them.
-    description : str
-        One sentence about what it looks like.
-    """
-
-    mask: Mask
-    truth: Truth
-    description: str
-
-
 def ideal_cup(
     spacing: ArrayLike = 1.0,
     *,
@@ -87,10 +63,7 @@ def ideal_cup(
     length: float = 60.0,
     wall: float = 10.0,
     base_height: float = 20.0,
-    rotation: ArrayLike | int | None = None,
-    translation: ArrayLike = (0.0, 0.0, 0.0),
-    scale: float = 1.0,
-    direction: ArrayLike | None = None,
+    **placement: Unpack[Placement],
 ) -> Sample:
     """Make a truncated ellipsoidal shell.
 
@@ -104,14 +77,8 @@ def ideal_cup(
         Added to both semi-axes for the epicardium.
     base_height : float, mm
         Height of the basal plane above the widest level.
-    rotation : (3, 3) array, int or None
-        From the heart frame (z from apex to base) to the world (LPS); an int seeds a random one.
-    translation : (3,) array, mm, world (LPS)
-        Where the centre of the ellipsoids goes.
-    scale : float
-        Factor on all sizes of the heart (not on the spacing).
-    direction : (3, 3) array or None
-        Columns are the directions of the index axes in the world (LPS); None for its axes.
+    **placement
+        Rotation, translation, scale, image axes and noise: see `Placement`.
 
     Returns
     -------
@@ -132,9 +99,8 @@ def ideal_cup(
         epi=Ellipsoid(radius + wall, length + wall),
         base_height=base_height,
     )
-    truth = Truth(shape, make_pose(rotation, translation, scale))
-    mask = _voxelise(truth, _wall, spacing, direction, "ideal cup")
-    return Sample(mask, truth, "Truncated ellipsoidal shell with a flat base.")
+    text = "Truncated ellipsoidal shell with a flat base."
+    return make_sample(shape, partial(_wall, shape), spacing, "ideal cup", text, **placement)
 
 
 def lifelike_lv(
@@ -143,12 +109,7 @@ def lifelike_lv(
     papillary: bool = False,
     trabeculae: bool = False,
     valves: bool = False,
-    noise: float = 0.0,
-    seed: int = 0,
-    rotation: ArrayLike | int | None = None,
-    translation: ArrayLike = (0.0, 0.0, 0.0),
-    scale: float = 1.0,
-    direction: ArrayLike | None = None,
+    **placement: Unpack[Placement],
 ) -> Sample:
     """Make a left ventricle with an oval, bent, tapering wall and a tilted base.
 
@@ -162,18 +123,8 @@ def lifelike_lv(
         Add ridges to the apical endocardium.
     valves : bool
         Let the rim rise and fall by up to 6 mm, so that the base needs truncation.
-    noise : float
-        Probability of flipping each voxel that has a face in common with the other label.
-    seed : int
-        Seed of the noise.
-    rotation : (3, 3) array, int or None
-        From the heart frame (z from apex to base) to the world (LPS); an int seeds a random one.
-    translation : (3,) array, mm, world (LPS)
-        Where the long axis' widest level goes.
-    scale : float
-        Factor on all sizes of the heart (not on the spacing); 1 is human, 0.3 a rabbit.
-    direction : (3, 3) array or None
-        Columns are the directions of the index axes in the world (LPS); None for its axes.
+    **placement
+        Rotation, translation, scale, image axes and noise: see `Placement`.
 
     Returns
     -------
@@ -185,10 +136,9 @@ def lifelike_lv(
     InputError
         If the noise is not a probability, or the placement or the grid makes no heart.
     """
-    if not 0 <= noise <= 1:
-        raise InputError(f"The noise must be a probability between 0 and 1, not {noise}.")
+    shape = replace(LIFELIKE, base_waves=VALVES) if valves else LIFELIKE
 
-    def inside(shape: Shape, points: Array) -> NDArray[np.bool_]:
+    def inside(points: Array) -> NDArray[np.bool_]:
         tissue = _wall(shape, points)
         if papillary:
             tissue |= _papillary(shape, points)
@@ -196,40 +146,16 @@ def lifelike_lv(
             tissue |= _trabeculae(shape, points)
         return tissue
 
-    shape = replace(LIFELIKE, base_waves=VALVES) if valves else LIFELIKE
-    truth = Truth(shape, make_pose(rotation, translation, scale))
-    mask = _voxelise(truth, inside, spacing, direction, "lifelike left ventricle")
-    if noise > 0:
-        mask = replace(mask, voxels=_flipped(mask.voxels, noise, seed))
     extras = {
         "papillary muscles": papillary,
         "trabeculae": trabeculae,
         "an irregular rim": valves,
-        "voxel noise": noise > 0,
+        "voxel noise": placement.get("noise", 0.0) > 0,
     }
     plus = " and ".join(name for name, present in extras.items() if present)
     text = "Oval, bent left ventricle with a tapering wall and a tilted base"
-    return Sample(mask, truth, f"{text}, with {plus}." if plus else f"{text}.")
-
-
-def _voxelise(
-    truth: Truth, inside: Inside, spacing: ArrayLike, direction: ArrayLike | None, name: str
-) -> Mask:
-    """Mask of the voxels whose centres are inside, slab by slab to keep memory small."""
-    surface, _ = truth.surface(EXTENT_SAMPLES)
-    extent = np.concatenate([surface, *truth.rims])
-    affine, size = make_grid(extent, spacing, direction)
-    j, k = np.meshgrid(*(np.arange(s, dtype=np.float64) for s in size[1:]), indexing="ij")
-    voxels = np.zeros(size, dtype=np.bool_)
-    for i in range(size[0]):
-        index = np.column_stack([np.full(j.size, float(i)), j.ravel(), k.ravel()])
-        world = index @ affine[:3, :3].T + affine[:3, 3]
-        voxels[i] = inside(truth.shape, truth.pose.to_heart(world)).reshape(size[1:])
-    if not voxels.any():
-        raise InputError(
-            f"A spacing of {spacing!r} mm misses the whole wall of the heart; choose a finer one."
-        )
-    return Mask(voxels, affine, name)
+    text = f"{text}, with {plus}." if plus else f"{text}."
+    return make_sample(shape, inside, spacing, "lifelike left ventricle", text, **placement)
 
 
 def _wall(shape: Shape, points: Array) -> NDArray[np.bool_]:
@@ -267,10 +193,3 @@ def _endo_point(shape: Shape, height: float, angle: float) -> Array:
     """Point (3,), mm, straight frame, of the endocardium at a height and angle."""
     polar = np.arccos(-height / shape.endo.length)
     return np.asarray(wall_point(shape.endo, polar * np.array([[np.cos(angle), np.sin(angle)]]))[0])
-
-
-def _flipped(voxels: NDArray[np.bool_], probability: float, seed: int) -> NDArray[np.bool_]:
-    """Flip voxels that share a face with the other label, each with the given probability."""
-    boundary = ndimage.binary_dilation(voxels) & ~ndimage.binary_erosion(voxels)
-    chance = np.random.default_rng(seed).random(voxels.shape)
-    return np.asarray(voxels ^ (boundary & (chance < probability)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +21,33 @@ MOST_VOXELS = 10**9
 
 ORTHOGONAL = 1e-9
 """Largest error of the product of a direction matrix with its transpose; round-off is 1e-15."""
+
+
+class Placement(TypedDict, total=False):
+    """How a heart lies in the world and under the voxels; every phantom takes these by keyword.
+
+    Attributes
+    ----------
+    rotation : (3, 3) array, int or None
+        From the heart frame (z from apex to base) to the world (LPS); an int seeds a random one.
+    translation : (3,) array, mm, world (LPS)
+        Where the middle of the left ventricle's widest level goes.
+    scale : float
+        Factor on all sizes of the heart (not on the spacing); 1 is human, 0.3 a rabbit.
+    direction : (3, 3) array or None
+        Columns are the directions of the index axes in the world (LPS); None for its axes.
+    noise : float
+        Probability of flipping each voxel that has a face in common with the other label.
+    seed : int
+        Seed of the noise.
+    """
+
+    rotation: ArrayLike | int | None
+    translation: ArrayLike
+    scale: float
+    direction: ArrayLike | None
+    noise: float
+    seed: int
 
 
 @dataclass(frozen=True)

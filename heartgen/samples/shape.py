@@ -6,7 +6,6 @@ are star-shaped about the long axis; the bend shears each level sideways and kee
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import NamedTuple
@@ -16,14 +15,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from heartgen.samples.patch import Patch
+from heartgen.samples.region import Polar, last_inside
 
 Array = NDArray[np.float64]
-
-RIM_KNOTS = 2048
-"""Angles at which a rim is solved for; its periodic spline is then exact to 1e-10 mm."""
-
-BISECTIONS = 60
-"""Halvings of a bracket: enough to reach the last bit of a float64."""
 
 WAVE_CORE = 5.0
 """Distance from the long axis within which the waves of a base fade out, mm (inside the cavity)."""
@@ -91,13 +85,34 @@ class Shape:
         return {
             "endo": _wall_patch(self, self.endo),
             "epi": _wall_patch(self, self.epi),
-            "base": Patch(partial(_on_base, self), outer, inner),
+            "base": Patch(partial(_on_base, self), Polar(outer, inner)),
         }
+
+    @property
+    def surfaces(self) -> dict[str, tuple[Patch, ...]]:
+        """The same, as pieces of each surface."""
+        return {name: (patch,) for name, patch in self.patches.items()}
+
+    @property
+    def apex(self) -> Array:
+        """Pole of the endocardium, (3,), mm."""
+        return np.asarray(self.patches["endo"].point(np.zeros((1, 2)))[0])
+
+    @property
+    def basal_plane(self) -> tuple[Array, Array]:
+        """Point (3,), mm, on the long axis and normal (3,) of the plane of the base."""
+        upward = np.array([-self.base_slope[0], -self.base_slope[1], 1.0])
+        return np.array([0.0, 0.0, self.base_height]), upward / np.linalg.norm(upward)
+
+    @property
+    def rims(self) -> tuple[Array, ...]:
+        """Rims of the endocardium and the epicardium, each (n, 3), mm."""
+        return tuple(rim.tree.data for rim in self.patches["base"].boundary)
 
     @cached_property
     def cavity_volume(self) -> float:
         """Volume between the endocardium and the base, mm^3."""
-        lid = Patch(partial(_on_base, self), base_rim(self, self.endo))
+        lid = Patch(partial(_on_base, self), Polar(base_rim(self, self.endo)))
         return lid.column_volume - self.patches["endo"].column_volume
 
     @cached_property
@@ -161,7 +176,7 @@ def base_rim(shape: Shape, surface: Ellipsoid) -> CubicSpline[np.float64]:
     def inside(radius: Array, angle: Array) -> NDArray[np.bool_]:
         return depth(surface, _straight_base(shape, radius[:, None] * _unit(angle)))[0] > 0
 
-    return _rim(inside, 2 * surface.radius)
+    return last_inside(inside, 2 * surface.radius)
 
 
 def _wall_patch(shape: Shape, surface: Ellipsoid) -> Patch:
@@ -170,21 +185,7 @@ def _wall_patch(shape: Shape, surface: Ellipsoid) -> Patch:
     def under(polar: Array, angle: Array) -> NDArray[np.bool_]:
         return below_base(shape, wall_point(surface, polar[:, None] * _unit(angle)))
 
-    return Patch(partial(_on_wall, shape, surface), _rim(under, np.pi))
-
-
-def _rim(
-    inside: Callable[[Array, Array], NDArray[np.bool_]], limit: float
-) -> CubicSpline[np.float64]:
-    """Periodic spline over the angle of the radius, between 0 and limit, where inside ends."""
-    angle = np.linspace(0, 2 * np.pi, RIM_KNOTS + 1)
-    low, high = np.zeros_like(angle), np.full_like(angle, limit)
-    for _ in range(BISECTIONS):
-        middle = (low + high) / 2
-        within = inside(middle, angle)
-        low, high = np.where(within, middle, low), np.where(within, high, middle)
-    low[-1] = low[0]
-    return CubicSpline(angle, low, bc_type="periodic")
+    return Patch(partial(_on_wall, shape, surface), Polar(last_inside(under, np.pi)))
 
 
 def _section(surface: Ellipsoid, polar: Array, angle: Array) -> Array:

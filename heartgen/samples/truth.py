@@ -2,40 +2,76 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heartgen.errors import InputError
-from heartgen.samples import patch
+from heartgen.samples.biventricle import BivShape
+from heartgen.samples.patch import Patch
 from heartgen.samples.placement import Pose
-from heartgen.samples.shape import Shape
+from heartgen.samples.plate import Plate
+from heartgen.samples.right import RightVentricle, right_ventricle
 
 Array = NDArray[np.float64]
 
-SURFACES = ("endo", "epi", "base")
-"""The pieces of the external surface of the wall; ``"all"`` means the three together."""
+LEAST_SAMPLES = 6
+"""Fewest samples of a surface: one for each of its pieces."""
+
+
+class Heart(Protocol):
+    """What a truth needs to know of a shape; everything in the heart frame, mm."""
+
+    @property
+    def surfaces(self) -> Mapping[str, tuple[Patch | Plate, ...]]:
+        """Pieces of the named surfaces that together bound the wall."""
+
+    @property
+    def rims(self) -> tuple[Array, ...]:
+        """Where each of these surfaces but the last meets the base, (n, 3)."""
+
+    @property
+    def apex(self) -> Array:
+        """Pole of the left endocardium, (3,)."""
+
+    @property
+    def basal_plane(self) -> tuple[Array, Array]:
+        """Point on the long axis and normal, each (3,)."""
+
+    @property
+    def cavity_volume(self) -> float:
+        """Volume of the left pool, mm^3."""
+
+    @property
+    def wall_volume(self) -> float:
+        """Volume of the myocardium, mm^3."""
 
 
 @dataclass(frozen=True)
 class Truth:
     """The smooth wall of a phantom, free of papillary muscles, trabeculae and voxel noise.
 
+    Its surfaces are ``endo``, ``epi`` and ``base`` with one ventricle (``lv_endo`` is understood
+    as well), and ``lv_endo``, ``rv_endo``, ``epi`` and ``base`` with two.
+
     Attributes
     ----------
-    shape : Shape
+    shape : Shape or BivShape
         The wall in the heart frame.
     pose : Pose
         Where it stands in the world.
     """
 
-    shape: Shape
+    shape: Heart
     pose: Pose
 
     @property
     def cavity_volume(self) -> float:
-        """Volume of the blood pool between endocardium and base, mm^3."""
+        """Volume of the left blood pool below the base, mm^3."""
         return self.pose.scale**3 * self.shape.cavity_volume
 
     @property
@@ -43,11 +79,22 @@ class Truth:
         """Volume of the myocardium, mm^3."""
         return self.pose.scale**3 * self.shape.wall_volume
 
+    @cached_property
+    def rv(self) -> RightVentricle | None:
+        """Sizes and landmarks of the right ventricle; None if there is none."""
+        if isinstance(self.shape, BivShape):
+            return right_ventricle(self.shape, self.pose)
+        return None
+
     @property
     def apex(self) -> Array:
-        """Pole of the endocardium, (3,) float64, mm, world (LPS)."""
-        pole = self.shape.patches["endo"].point(np.zeros((1, 2)))
-        return np.asarray(self.pose.to_world(pole)[0])
+        """Pole of the left endocardium, (3,) float64, mm, world (LPS)."""
+        return np.asarray(self.pose.to_world(self.shape.apex[None])[0])
+
+    @property
+    def long_axis(self) -> Array:
+        """Unit vector along the long axis of the left ventricle, apex to base, (3,), world."""
+        return np.asarray(self.pose.rotation[:, 2])
 
     @property
     def basal_plane(self) -> tuple[Array, Array]:
@@ -60,21 +107,17 @@ class Truth:
         normal : (3,) float64
             Unit vector, away from the apex.
         """
-        slope_x, slope_y = self.shape.base_slope
-        upward = np.array([-slope_x, -slope_y, 1.0])
-        centre = self.pose.to_world(np.array([[0.0, 0.0, self.shape.base_height]]))[0]
-        return centre, self.pose.rotation @ (upward / np.linalg.norm(upward))
+        centre, normal = self.shape.basal_plane
+        return self.pose.to_world(centre[None])[0], self.pose.rotation @ normal
 
     @property
-    def rims(self) -> tuple[Array, Array]:
-        """Rims of the endocardium and epicardium, each (512, 3) float64, mm, world (LPS)."""
-        inner, outer = self.shape.patches["base"].boundary
-        return self.pose.to_world(inner.tree.data), self.pose.to_world(outer.tree.data)
+    def rims(self) -> tuple[Array, ...]:
+        """Rims of the surfaces, in their order, each (n, 3) float64, mm, world (LPS)."""
+        return tuple(self.pose.to_world(rim) for rim in self.shape.rims)
 
     def area(self, surface: str = "all") -> float:
-        """Area of the external surface or a piece of it, mm^2."""
-        patches = self.shape.patches
-        return self.pose.scale**2 * sum(patches[name].area for name in _pieces(surface))
+        """Area of the external surface or a part of it, mm^2."""
+        return self.pose.scale**2 * sum(piece.area for piece in self._pieces(surface))
 
     def surface(self, n: int, surface: str = "all") -> tuple[Array, Array]:
         """Even samples of the external surface, with the area that each stands for.
@@ -82,9 +125,9 @@ class Truth:
         Parameters
         ----------
         n : int
-            Number of samples, shared among the pieces by area; at least 3.
-        surface : {"all", "endo", "epi", "base"}
-            Which piece. Samples of ``"all"`` come in the order endo, epi, base.
+            Number of samples, shared among the pieces by area; at least 6.
+        surface : str
+            Which part, or ``"all"``, which comes in the order of the surfaces.
 
         Returns
         -------
@@ -97,25 +140,25 @@ class Truth:
         InputError
             If there is no such surface or n is too small.
         """
-        names = _pieces(surface)
-        if n < len(SURFACES):
-            raise InputError(f"{n} samples are too few for a surface; ask for {len(SURFACES)}.")
-        patches = [self.shape.patches[name] for name in names]
-        ends = np.round(n * np.cumsum([p.area for p in patches]) / sum(p.area for p in patches))
+        pieces = self._pieces(surface)
+        if n < LEAST_SAMPLES:
+            raise InputError(f"{n} samples are too few for a surface; ask for {LEAST_SAMPLES}.")
+        areas = np.array([piece.area for piece in pieces])
+        ends = np.round(n * np.cumsum(areas) / areas.sum())
         counts = np.maximum(np.diff(ends, prepend=0).astype(int), 1)
-        counts[0] += n - counts.sum()
-        parts = [patch.quadrature(p, int(c)) for p, c in zip(patches, counts, strict=True)]
+        counts[np.argmax(counts)] += n - counts.sum()
+        parts = [piece.samples(int(c)) for piece, c in zip(pieces, counts, strict=True)]
         points, weights = (np.concatenate(part) for part in zip(*parts, strict=True))
         return self.pose.to_world(points), self.pose.scale**2 * weights
 
     def distance(self, points: ArrayLike, surface: str = "all") -> Array:
-        """Distance to the external surface or a piece of it, exact to 1e-3 mm at human size.
+        """Distance to the external surface or a part of it, exact to 1e-3 mm at human size.
 
         Parameters
         ----------
         points : (n, 3) array, mm, world (LPS)
-        surface : {"all", "endo", "epi", "base"}
-            Which piece; each ends at its rims.
+        surface : str
+            Which part, or ``"all"``; each ends at its rims.
 
         Returns
         -------
@@ -131,15 +174,15 @@ class Truth:
         if world.shape[1:] != (3,) or world.ndim != 2 or not np.isfinite(world).all():
             raise InputError("Points must be finite, in an array of shape (n, 3), in mm (LPS).")
         heart = self.pose.to_heart(world)
-        patches = self.shape.patches
-        each = [patch.distance(patches[name], heart) for name in _pieces(surface)]
+        each = [piece.distance(heart) for piece in self._pieces(surface)]
         return np.asarray(self.pose.scale * np.min(each, axis=0))
 
-
-def _pieces(surface: str) -> tuple[str, ...]:
-    """Names of the pieces that a surface name stands for."""
-    if surface == "all":
-        return SURFACES
-    if surface not in SURFACES:
-        raise InputError(f"There is no surface {surface!r}; choose all, {', '.join(SURFACES)}.")
-    return (surface,)
+    def _pieces(self, surface: str) -> tuple[Patch | Plate, ...]:
+        """Pieces that a surface name stands for."""
+        surfaces = self.shape.surfaces
+        if surface == "all":
+            return tuple(piece for pieces in surfaces.values() for piece in pieces)
+        name = "endo" if surface == "lv_endo" and "endo" in surfaces else surface
+        if name not in surfaces:
+            raise InputError(f"There is no surface {surface!r}; choose all, {', '.join(surfaces)}.")
+        return surfaces[name]

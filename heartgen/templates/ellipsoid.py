@@ -105,6 +105,8 @@ class TruncatedEllipsoid:
 def fit_ellipsoid(anatomy: Anatomy) -> TruncatedEllipsoid:
     """Fit endo- and epicardium together to the level sets of an anatomy by robust least squares.
 
+    With a right ventricle, the epicardium on the other side alone.
+
     Parameters
     ----------
     anatomy : Anatomy
@@ -118,6 +120,9 @@ def fit_ellipsoid(anatomy: Anatomy) -> TruncatedEllipsoid:
     )
     angle, fraction = around.ravel(), along.ravel()
     least = THIN * anatomy.wall_thickness
+    # On the side of a right ventricle (x > 0) the epicardium is not that of the left one.
+    own = np.ones_like(angle) if anatomy.rv is None else (np.cos(angle) < 0).astype(float)
+    weight = {"lv_endo": np.ones_like(angle), "epi": own}
     r, length = anatomy.radius, anatomy.length
 
     def shape(p: NDArray[np.float64]) -> TruncatedEllipsoid:
@@ -136,13 +141,13 @@ def fit_ellipsoid(anatomy: Anatomy) -> TruncatedEllipsoid:
     def misfit(p: NDArray[np.float64]) -> NDArray[np.float64]:
         candidate = shape(p)
         out = []
-        for depth, name in enumerate(("lv_endo", "epi")):
+        for depth, name in enumerate(weight):
             polar = fraction * candidate.semi_axes(depth)[2]
             points = anatomy.to_world(candidate.points(angle, polar, depth))
             # Rows of samples shrink towards the apex: weight by circumference.
             out.append(
                 anatomy.surfaces[name].sample(points)[0]
-                * np.sqrt(np.abs(candidate.profile(polar, depth)[0]))
+                * np.sqrt(weight[name] * np.abs(candidate.profile(polar, depth)[0]))
             )
         return np.concatenate([*(part / r for part in out), PRIOR * (p - start)])
 

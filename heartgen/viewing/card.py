@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 from heartgen.assessment import QUALITY_THRESHOLD
-from heartgen.report import Report
+from heartgen.report import Report, RightMeasurements
 
 SURFACE_NAMES = {
     "lv_endo": "LV endocardium",
     "rv_endo": "RV endocardium",
+    "rv_apex": "RV apex",
     "epi": "epicardium",
     "base": "base",
 }
@@ -88,6 +89,7 @@ def sections(report: Report) -> tuple[Section, ...]:
                 ("Jacobian ratio, mean", f"{q.mean:.3f}"),
                 ("Jacobian ratio, least", f"{q.min:.3f}"),
                 ("mean before enhancement", f"{report.unenhanced_quality:.3f}"),
+                ("mean before refinement", f"{report.unrefined_quality:.3f}"),
                 ("scaled Jacobian, mean", f"{q.scaled_mean:.3f}"),
                 ("scaled Jacobian, least", f"{q.scaled_min:.3f}"),
                 (f"elements below {QUALITY_THRESHOLD}", f"{q.below_threshold:.0%}"),
@@ -107,6 +109,7 @@ def sections(report: Report) -> tuple[Section, ...]:
                 ("myocardium, mesh", f"{number(m.mesh_volume)} ml"),
             ),
         ),
+        *_right(m.right),
         Section(
             "Time",
             (
@@ -115,6 +118,21 @@ def sections(report: Report) -> tuple[Section, ...]:
             ),
         ),
     )
+
+
+def _right(m: RightMeasurements | None) -> tuple[Section, ...]:
+    """The right ventricle's sizes, if there is one."""
+    if m is None:
+        return ()
+    rows = (
+        ("free wall", f"{number(m.wall_thickness)} mm"),
+        ("septum", f"{number(m.septal_thickness)} mm"),
+        ("width", f"{number(m.width)} mm"),
+        ("lowest point", f"{number(-m.apex_level)} mm below the base"),
+        ("seen from the left one", f"{m.insertion[0]:.0f} to {m.insertion[1]:.0f} degrees"),
+        ("blood pool", f"{number(m.pool_volume)} ml"),
+    )
+    return (Section("Right ventricle", rows),)
 
 
 def number(value: float) -> str:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from heartgen.anatomy import Anatomy
 from heartgen.images import Mask
-from heartgen.viewing.card import number
+from heartgen.viewing.card import SURFACE_NAMES, number
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,11 @@ MARGIN = 0.12
 """Empty room around the heart, over its largest extent."""
 
 MYOCARDIUM, ENDO, EPI, BASE, AXIS = "#d9b8b0", "#d55e00", "#0072b2", "#009e73", "#26303b"
+RIGHT = "#cc79a7"
 """Colours (lines: palette of Okabe and Ito, 2008, safe for the colour-blind)."""
+
+SURFACES = {"lv_endo": ENDO, "rv_endo": RIGHT, "epi": EPI}
+"""Colours of the surfaces of the shape analysis."""
 
 LINE = 1.8
 """Width of contours, points."""
@@ -86,7 +90,7 @@ def draw_slices(mask: Mask, anatomy: Anatomy) -> Figure:
     for axes, slice_ in zip(panels, SLICES, strict=True):
         _draw(axes, slice_, mask, anatomy, centre, low, high)
     figure.suptitle(f"{mask.name}   ({_sizes(anatomy)})", fontsize="medium")
-    figure.legend(handles=_key(), loc="outside lower center", ncols=5, frameon=False)
+    figure.legend(handles=_key(anatomy), loc="outside lower center", ncols=6, frameon=False)
     return figure
 
 
@@ -116,7 +120,9 @@ def _draw(
         vmin=0,
         vmax=1,
     )
-    for name, colour in (("lv_endo", ENDO), ("epi", EPI)):
+    for name, colour in SURFACES.items():
+        if name not in anatomy.surfaces:
+            continue
         level = anatomy.surfaces[name].sample(world)[0].reshape(PIXELS, PIXELS)
         level[points[..., 2] > 0] = np.nan  # beyond the base a surface means nothing
         axes.contour(across, up, level, levels=[0.0], colors=colour, linewidths=LINE)
@@ -154,14 +160,19 @@ def _sizes(anatomy: Anatomy) -> str:
         f"cavity {number(anatomy.length)} mm long, radius {number(anatomy.radius)} mm",
         f"wall {number(anatomy.wall_thickness)} mm",
     ]
+    if anatomy.rv is not None:
+        parts.append(f"right free wall {number(anatomy.rv.wall_thickness)} mm")
     if anatomy.base.truncation is not None:
         parts.append(f"truncated by {number(anatomy.base.truncation)} mm")
     return ", ".join(parts)
 
 
-def _key() -> list[Patch | Line2D]:
+def _key(anatomy: Anatomy) -> list[Patch | Line2D]:
     """What the colours mean."""
-    named = {"endocardium": ENDO, "epicardium": EPI, "end of the mesh at the base": BASE}
+    named = {
+        SURFACE_NAMES[name]: colour for name, colour in SURFACES.items() if name in anatomy.surfaces
+    }
+    named["end of the mesh at the base"] = BASE
     lines = [Line2D([], [], color=c, linewidth=LINE, label=name) for name, c in named.items()]
     axis = Line2D([], [], color=AXIS, linestyle=DASHES, label="long axis")
     return [Patch(color=MYOCARDIUM, label="mask"), *lines, axis]

@@ -6,7 +6,7 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from heartgen.assessment import isosurface
+from heartgen.images.isosurface import isosurface
 from heartgen.images.levelset import LevelSet
 from heartgen.mesh import HexMesh
 from heartgen.mesh.closest import closest_points

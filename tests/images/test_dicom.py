@@ -20,7 +20,7 @@ from pydicom.uid import (
     generate_uid,
 )
 
-from heartgen import read_mask
+from heartgen import read_labels, read_mask
 from heartgen.errors import InputError
 
 Writer = Callable[..., Path]
@@ -211,3 +211,28 @@ def test_without_the_library(cup, oblique, write_seg, monkeypatch):
     monkeypatch.setitem(sys.modules, "highdicom", None)
     with pytest.raises(InputError, match=r"pip install 'heartgen\[dicom\]'"):
         read_mask(path)
+
+
+def test_segments_are_labels(heart, write_seg, save):
+    affine, at = heart.image(np.array([2.0, 2.0, 4.0]))
+    labels = heart.labels(at)
+    expected = read_labels(save(labels, affine, "heart.nrrd"), "acdc")
+    named = {name: (labels == n).astype(np.uint8) for n, name in enumerate(["RV", "Wall", "LV"], 1)}
+    path = write_seg(named, affine)
+    for scheme in ("acdc", "auto", {"lv_myocardium": "wall", "rv_pool": "RV", "lv_pool": 3}):
+        left = read_labels(path, scheme, ventricles="lv")
+        np.testing.assert_allclose(
+            world(left.voxels, left.affine), world(labels == 2, affine), atol=1e-4
+        )
+        # Where voxels are equally far from the pool, the rounding of DICOM's numbers decides.
+        assert read_labels(path, scheme).volume == pytest.approx(expected.volume, rel=1e-3)
+    with pytest.raises(InputError, match=r"no label 205 .*1 'RV' \(\d+ voxels\)"):
+        read_labels(path, "mmwhs")
+    with pytest.raises(InputError, match=r"segments 1 'RV', 2 'Wall'.*read_labels or --labels"):
+        read_mask(path)
+
+
+def test_segments_that_overlap_are_no_labels(cup, write_seg):
+    path = write_seg({"wall": cup, "heart": np.maximum(cup, np.roll(cup, 1, 0))}, np.eye(4))
+    with pytest.raises(InputError, match="Segments of the file overlap"):
+        read_labels(path, {"lv_myocardium": "wall"})

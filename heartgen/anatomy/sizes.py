@@ -1,0 +1,106 @@
+"""Frame and sizes of a heart, from the positions of its voxels and from signed distances."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heartgen.anatomy.base import Plane
+from heartgen.errors import AnatomyError
+from heartgen.images.levelset import LevelSet
+
+MID_WALL = (0.25, 0.75)
+"""Heights over the length between which the wall thickness is measured."""
+
+
+def heart_frame(
+    pools: Sequence[NDArray[np.float64]], plane: Plane
+) -> tuple[NDArray[np.float64], float]:
+    """Heart frame, and the radius of the left pool from the variances of its cross-section.
+
+    Parameters
+    ----------
+    pools : sequence of (n, 3) float64
+        Centres of the voxels of the left pool, and of the right one if there is one, below the
+        base, mm, world (LPS).
+    plane : Plane
+
+    Returns
+    -------
+    frame : (4, 4) float64
+        Heart to world, mm.
+    radius : float
+        mm.
+    """
+    z = plane.normal
+    u = np.linalg.svd(z[None])[2][1:]
+    left = pools[0]
+    height = plane.height(left)
+    near_base = left[height > 0.5 * height.min()]
+    flat = (near_base - near_base.mean(0)) @ u.T
+    variance, axes = np.linalg.eigh(np.cov(flat.T))
+    if len(pools) == 1:
+        along = flat @ axes[:, 1]
+        # The wider axis has two directions; the skewness of the pool tells them apart.
+        x = u.T @ axes[:, 1] * (1.0 if np.mean(along**3) >= 0 else -1.0)
+    else:
+        x = u.T @ (u @ (pools[1].mean(0) - left.mean(0)))
+        x /= np.linalg.norm(x)
+    frame = np.eye(4)
+    frame[:3, :3] = np.stack([x, np.cross(z, x), z], -1)
+    centre = near_base.mean(0)
+    frame[:3, 3] = centre - plane.height(centre[None]) * z
+    return frame, float(2 * np.sqrt(variance.mean()))
+
+
+def wall_thickness(
+    wall: NDArray[np.float64],
+    near: tuple[LevelSet, LevelSet],
+    far: Sequence[LevelSet],
+    plane: Plane,
+    length: float,
+    name: str,
+) -> tuple[float, float]:
+    """Thickness of a wall, the sum of the distances to its two surfaces: median, and at the apex.
+
+    Parameters
+    ----------
+    wall : (n, 3) float64
+        Centres of the myocardium's voxels, mm, world (LPS).
+    near : (LevelSet, LevelSet)
+        Signed distances of what lies on either side, positive in the wall.
+    far : sequence of LevelSet
+        Signed distance of a third region, if there is one: only where it is farther than the wall
+        is thick is the wall one between the first two.
+    plane : Plane
+        The base.
+    length : float
+        Of the ventricle, mm.
+    name : str
+        Of the wall, in messages.
+
+    Returns
+    -------
+    typical, apex : float
+        mm; the former again where there is no wall below the length.
+
+    Raises
+    ------
+    AnatomyError
+        If there is no such wall at mid-height.
+    """
+    local = near[0].sample(wall)[0] + near[1].sample(wall)[0]
+    depth = -plane.height(wall) / length
+    for third in far:
+        own = third.sample(wall)[0] > local
+        local, depth = local[own], depth[own]
+    middle = (depth > MID_WALL[0]) & (depth < MID_WALL[1])
+    if not middle.any():
+        raise AnatomyError(
+            f"the {name} could not be measured: there is none at mid-height; check the mask there"
+        )
+    below = local[depth > 1]
+    typical = float(np.median(local[middle]))
+    return typical, float(np.median(below)) if len(below) else typical

@@ -1,0 +1,67 @@
+"""Faces between voxel shapes: how much of a pool its wall covers, and where it is open."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.ndimage as ndi
+from numpy.typing import NDArray
+
+
+def shared_faces(
+    inside: NDArray[np.bool_], other: NDArray[np.bool_], spacing: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Area of the voxel faces at which one shape meets another.
+
+    Parameters
+    ----------
+    inside, other : (nx, ny, nz) bool
+        Shapes without common voxels.
+    spacing : (3,) float64
+        Voxel size, mm.
+
+    Returns
+    -------
+    (3, 2) float64
+        mm^2, for each index axis: faces that look down the axis from `inside`, and up.
+    """
+    area = np.prod(spacing) / spacing
+    count = np.zeros((3, 2))
+    for axis in range(3):
+        a, b = np.moveaxis(inside, axis, 0), np.moveaxis(other, axis, 0)
+        count[axis] = (a[1:] & b[:-1]).sum(), (a[:-1] & b[1:]).sum()
+    return np.asarray(count * area[:, None])
+
+
+def base_direction(
+    pool: NDArray[np.bool_], wall: NDArray[np.bool_], spacing: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Direction in which a ventricle opens.
+
+    The normals of a closed surface sum up to zero. So those of the part of the pool's surface that
+    is not covered by the wall sum up to minus those of the part that is, and depend on the rim of
+    the opening alone: for a plane one they give its normal exactly.
+
+    Parameters
+    ----------
+    pool, wall : (nx, ny, nz) bool
+        Blood pool and myocardium.
+    spacing : (3,) float64
+        Voxel size, mm.
+
+    Returns
+    -------
+    (3,) float64
+        Unit vector along the index axes, from apex to base; zero if the pool opens nowhere.
+    """
+    covered = shared_faces(pool, wall, spacing)
+    vector = covered[:, 0] - covered[:, 1]
+    length = float(np.linalg.norm(vector))
+    return np.asarray(vector / length if length > 0 else vector)
+
+
+def box_around(voxels: NDArray[np.bool_], margin: NDArray[np.int64]) -> tuple[slice, ...]:
+    """Slices of the box around a shape that is not empty, `margin` voxels wider where it can be."""
+    box = ndi.find_objects(voxels.view(np.uint8))[0]
+    return tuple(
+        slice(max(side.start - m, 0), side.stop + m) for side, m in zip(box, margin, strict=True)
+    )

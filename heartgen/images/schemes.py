@@ -1,0 +1,223 @@
+"""What the labels of a label map mean: known schemes, free ones, and the one that fits a map."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heartgen.images.faces import shared_faces
+from heartgen.images.files import refuse
+from heartgen.images.labels import describe_present, find_labels
+from heartgen.images.mask import Finding
+from heartgen.images.volume import Label
+
+ROLES = ("lv_myocardium", "lv_pool", "rv_pool", "rv_myocardium")
+"""What a label may stand for in a free scheme."""
+
+ENCLOSED = 0.6
+"""Share of a pool's surface from which the myocardium on it is the pool's own wall. A left
+ventricle is open at the base alone, and at a right one only the septum is left ventricular: 0.89 to
+1.00 and 0.16 to 0.34 in 40 stacks of ACDC."""
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """Labels of the parts of a heart.
+
+    Attributes
+    ----------
+    name : str
+        Name for reports.
+    lv_myocardium, lv_pool, rv_pool, rv_myocardium : tuple of int
+        Labels of walls and blood pools; empty if there are none.
+    rv_openings : tuple of int
+        Labels of what the right ventricle opens into: right atrium, pulmonary artery.
+    others : tuple of int
+        Labels of the scheme that no wall depends on.
+    """
+
+    name: str
+    lv_myocardium: tuple[int, ...]
+    lv_pool: tuple[int, ...] = ()
+    rv_pool: tuple[int, ...] = ()
+    rv_myocardium: tuple[int, ...] = ()
+    rv_openings: tuple[int, ...] = ()
+    others: tuple[int, ...] = ()
+
+    @property
+    def labels(self) -> tuple[int, ...]:
+        """All labels of the scheme."""
+        walls = self.lv_myocardium + self.rv_myocardium
+        return walls + self.lv_pool + self.rv_pool + self.rv_openings + self.others
+
+
+Labelling: TypeAlias = str | Scheme | Mapping[str, Label]
+"""A scheme: by name, as such, or as a label or labels for each role."""
+
+SCHEMES = {
+    scheme.name: scheme
+    for scheme in (
+        Scheme("acdc", lv_myocardium=(2,), lv_pool=(3,), rv_pool=(1,)),
+        Scheme(
+            "mmwhs",
+            lv_myocardium=(205,),
+            lv_pool=(500,),
+            rv_pool=(600,),
+            rv_openings=(550, 850),
+            others=(420, 820),
+        ),
+        Scheme("ukbb", lv_myocardium=(2,), lv_pool=(1,), rv_pool=(3,)),
+        Scheme(
+            "totalsegmentator",
+            lv_myocardium=(1,),
+            lv_pool=(3,),
+            rv_pool=(5,),
+            rv_openings=(4, 7),
+            others=(2, 6),
+        ),
+    )
+}
+"""Of the challenges ACDC (Bernard et al. 2018; M&Ms as well) and MM-WHS (Zhuang et al. 2019), of UK
+Biobank segmentations (Bai et al. 2018), of TotalSegmentator's task heartchambers_highres."""
+
+KNOWN = f"{', '.join(SCHEMES)}, auto"
+"""Names a user may give."""
+
+EXAMPLE = "lv_myocardium=2,lv_pool=3,rv_pool=1"
+"""A free scheme as it is written on the command line."""
+
+
+def find_scheme(labelling: Labelling, names: Mapping[int, str], image: str) -> Scheme | None:
+    """Turn what a user gives for a scheme into one.
+
+    Parameters
+    ----------
+    labelling : str, Scheme, or mapping of str to labels
+        See `Labelling`.
+    names : mapping of int to str
+        Names of the label values, if any are known.
+    image : str
+        Name of the image, for messages.
+
+    Returns
+    -------
+    Scheme or None
+        None for ``"auto"``: the image has to be asked, with `guess_scheme`.
+
+    Raises
+    ------
+    InputError
+        If there is no such scheme, or roles and labels contradict each other.
+    """
+    if isinstance(labelling, Scheme):
+        return labelling
+    if isinstance(labelling, Mapping):
+        return _free(labelling, names, image)
+    name = str(labelling).strip().lower()
+    if name == "auto":
+        return None
+    if name not in SCHEMES:
+        refuse(
+            image,
+            f"The scheme of labels {labelling!r} is unknown: give one of {KNOWN}, or the labels "
+            f"themselves, such as {EXAMPLE}.",
+        )
+    return SCHEMES[name]
+
+
+def guess_scheme(
+    values: NDArray[Any], spacing: NDArray[np.float64], names: Mapping[int, str]
+) -> tuple[Scheme | None, Finding]:
+    """Find the only known scheme that fits a label map.
+
+    It fits if it knows all labels of the map, and what it calls the left ventricle's blood pool is
+    enclosed by what it calls the left ventricle's myocardium.
+
+    Parameters
+    ----------
+    values : (nx, ny, nz) of a real type
+        Voxel values, finite.
+    spacing : (3,) float64
+        Voxel size, mm.
+    names : mapping of int to str
+        Names of the label values, if any are known.
+
+    Returns
+    -------
+    scheme : Scheme or None
+        None if not exactly one fits.
+    finding : Finding
+        Which one fits, or, fatal, that none or several do.
+    """
+    present = np.unique(values[values != 0])
+    fitting = [
+        scheme
+        for scheme in SCHEMES.values()
+        if np.isin(present, scheme.labels).all()
+        and enclosure(values, scheme.lv_pool, scheme.lv_myocardium, spacing) > ENCLOSED
+    ]
+    if len(fitting) == 1:
+        found = fitting[0]
+        return found, Finding("labels", f"The labels were read by the scheme {found.name}.")
+    many = f"Several schemes ({', '.join(scheme.name for scheme in fitting)}) fit"
+    return None, Finding(
+        "labels",
+        f"{many if fitting else 'No scheme fits'} the labels {describe_present(values, names)}: "
+        f"give one of {', '.join(SCHEMES)}, or the labels themselves, such as {EXAMPLE}.",
+        fatal=True,
+    )
+
+
+def enclosure(
+    values: NDArray[Any],
+    pool: tuple[int, ...],
+    wall: tuple[int, ...],
+    spacing: NDArray[np.float64],
+) -> float:
+    """Share of a pool's surface that a wall covers; 0 without a pool.
+
+    Parameters
+    ----------
+    values : (nx, ny, nz) of a real type
+        Labels.
+    pool, wall : tuple of int
+        Labels of blood pool and myocardium.
+    spacing : (3,) float64
+        Voxel size, mm.
+
+    Returns
+    -------
+    float
+    """
+    inside = np.isin(values, pool)
+    surface = float(shared_faces(inside, ~inside, spacing).sum())
+    covered = float(shared_faces(inside, np.isin(values, wall), spacing).sum())
+    return covered / surface if surface > 0 else 0.0
+
+
+def _free(roles: Mapping[str, Label], names: Mapping[int, str], image: str) -> Scheme:
+    """A scheme from the labels of each role."""
+    strange = [str(role) for role in roles if role not in ROLES]
+    if strange:
+        refuse(image, f"There is no role {', '.join(strange)}: give some of {', '.join(ROLES)}.")
+    found: dict[str, tuple[int, ...]] = {}
+    for role, label in roles.items():
+        numbers, unknown = find_labels(label, names)
+        if unknown or not numbers:
+            what = " or ".join(unknown) or "given"
+            refuse(
+                image,
+                f"There is no label {what} for {role}: give its number, such as {EXAMPLE}.",
+            )
+        found[role] = tuple(numbers)
+    if "lv_myocardium" not in found:
+        refuse(image, f"The label of lv_myocardium is missing: give it, such as {EXAMPLE}.")
+    given = [number for numbers in found.values() for number in numbers]
+    twice = sorted({number for number in given if given.count(number) > 1})
+    if twice:
+        refuse(image, f"Label {twice[0]} is given twice: give each label for one role.")
+    return Scheme(name="given", **found)

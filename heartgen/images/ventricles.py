@@ -1,0 +1,145 @@
+"""From labels to myocardium: the walls of the ventricles asked for."""
+
+from __future__ import annotations
+
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heartgen.images.checks import check_affine
+from heartgen.images.files import refuse
+from heartgen.images.labels import describe_present, not_labels
+from heartgen.images.mask import Finding
+from heartgen.images.schemes import ENCLOSED, Scheme, enclosure, guess_scheme
+from heartgen.images.volume import Volume
+from heartgen.images.wall import Parts, build_rv_wall
+
+VentricleChoice: TypeAlias = Literal["auto", "lv", "biv"]
+"""Which ventricles to take: all that are labelled, the left, both."""
+
+RV_WALL = 3.0
+"""Thickness of a healthy right ventricular wall in mm; above 5 it is hypertrophied (Rudski et al.
+2010)."""
+
+RV_WALLS = (0.05, 30.0)
+"""Thicknesses in mm that a right ventricular wall may have, newborn mouse to horse."""
+
+
+def check_choices(ventricles: str, rv_wall: float, name: str) -> None:
+    """Refuse a choice of ventricles that there is not, or a wall that no heart has."""
+    if ventricles not in get_args(VentricleChoice):
+        refuse(name, f"The ventricles {ventricles!r} are unknown: give 'auto', 'lv' or 'biv'.")
+    if not RV_WALLS[0] <= rv_wall <= RV_WALLS[1]:
+        refuse(
+            name,
+            f"A right ventricular wall of {rv_wall:g} mm is not possible: give its thickness in "
+            f"mm, from {RV_WALLS[0]:g} to {RV_WALLS[1]:g}.",
+        )
+
+
+def ventricular_walls(
+    volume: Volume, scheme: Scheme | None, ventricles: VentricleChoice, rv_wall: float
+) -> tuple[NDArray[np.bool_] | None, tuple[Finding, ...]]:
+    """Unite the walls of the ventricles, the right one built if it is not labelled.
+
+    Parameters
+    ----------
+    volume : Volume
+        Labels, three axes, finite.
+    scheme : Scheme or None
+        What the labels mean; None to find the scheme that fits.
+    ventricles : {"auto", "lv", "biv"}
+        Which ventricles to take.
+    rv_wall : float
+        Thickness of the right ventricular wall if it has to be built, mm.
+
+    Returns
+    -------
+    voxels : (nx, ny, nz) bool or None
+        The myocardium; None if it cannot be told.
+    findings : tuple of Finding
+        Why it cannot, or how it was made.
+    """
+    if check_affine(volume.affine) is not None:  # said by who checks the image
+        return None, ()
+    values, names = volume.values, volume.label_names
+    grey = not_labels(values)
+    if grey is not None:
+        return None, (grey,)
+    findings: tuple[Finding, ...] = ()
+    if scheme is None:
+        spacing = np.linalg.norm(volume.affine[:3, :3], axis=0)
+        scheme, guess = guess_scheme(values, spacing, names)
+        findings += (guess,)
+        if scheme is None:
+            return None, findings
+    wrong = _check_labels(volume, scheme, ventricles) or _check_sides(volume, scheme)
+    if wrong is not None:
+        return None, (*findings, wrong)
+    unknown = np.setdiff1d(values, [0, *scheme.labels])
+    if scheme.name != "given" and unknown.size:
+        left_out = np.where(np.isin(values, unknown), values, 0)
+        findings += (
+            Finding(
+                "labels",
+                f"The scheme {scheme.name} does not know the labels "
+                f"{describe_present(left_out, names)}: they were taken for background.",
+            ),
+        )
+    lv_wall = np.isin(values, scheme.lv_myocardium)
+    if ventricles == "lv":
+        return lv_wall, findings
+    rv_labelled = np.isin(values, scheme.rv_myocardium)
+    rv_pool = np.isin(values, scheme.rv_pool)
+    if rv_labelled.any() or not rv_pool.any():
+        return lv_wall | rv_labelled, findings
+    lv_pool = np.isin(values, scheme.lv_pool)
+    parts = Parts(lv_wall, lv_pool, rv_pool, np.isin(values, scheme.rv_openings))
+    built, said = build_rv_wall(parts, volume.affine, rv_wall)
+    return lv_wall | built, findings + said
+
+
+def _check_labels(volume: Volume, scheme: Scheme, ventricles: str) -> Finding | None:
+    """The labels that are needed are there: all that were given, of a named scheme the least."""
+    present = np.unique(volume.values)
+    right = scheme.rv_pool + scheme.rv_myocardium
+    if scheme.name == "given":
+        missing = [str(label) for label in scheme.labels if label not in present]
+    else:
+        missing = [str(label) for label in scheme.lv_myocardium if label not in present]
+    held = describe_present(volume.values, volume.label_names)
+    if missing:
+        return Finding(
+            "labels",
+            f"There is no label {' or '.join(missing)} in the image, which holds {held}: give the "
+            "scheme of its labels, or the labels themselves, as scheme=... or --labels.",
+            fatal=True,
+        )
+    if ventricles == "biv" and not np.isin(present, right).any():
+        return Finding(
+            "labels",
+            f"No right ventricle is labelled in the image, which holds {held}: label it, or take "
+            "the left ventricle alone.",
+            fatal=True,
+        )
+    return None
+
+
+def _check_sides(volume: Volume, scheme: Scheme) -> Finding | None:
+    """The left ventricle's myocardium lies around the left ventricle's pool."""
+    spacing = np.linalg.norm(volume.affine[:3, :3], axis=0)
+    wall = scheme.lv_myocardium
+    left, right = (
+        enclosure(volume.values, pool, wall, spacing) for pool in (scheme.lv_pool, scheme.rv_pool)
+    )
+    if left >= right or right <= ENCLOSED:
+        return None
+    numbers = [" and ".join(map(str, labels)) for labels in (wall, scheme.rv_pool, scheme.lv_pool)]
+    return Finding(
+        "labels",
+        f"The labels do not fit the scheme {scheme.name}: the left ventricle's myocardium (label "
+        f"{numbers[0]}) encloses the right ventricle's pool ({numbers[1]}) and not the left's "
+        f"({numbers[2]}): give the scheme of its labels, or 'auto'.",
+        fatal=True,
+    )

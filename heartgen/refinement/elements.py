@@ -1,0 +1,195 @@
+"""Quality of the elements as sums of squares: even Jacobians, right angles, little bending."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heartgen.mesh.freedom import Freedom
+from heartgen.mesh.hexmesh import Topology
+from heartgen.mesh.jacobian import QUALITY_GAUSS
+from heartgen.mesh.quadrature import gauss_cube
+from heartgen.refinement.assembly import Blocks
+
+Array = NDArray[np.float64]
+
+GUARD_WEIGHT = 0.1
+"""Weight of the corners and edges of the elements against their inside: where folds begin."""
+
+PAIRS = ((0, 1), (1, 2), (2, 0))
+
+FOLDED = 1e-3
+"""Least det J over the mean in an element below which it is being unfolded."""
+
+LIFT = 0.1
+"""Size of the smooth step that replaces det J near zero while unfolding, over its mean."""
+
+SHEAR_GAUSS = 3
+"""Quadrature points per direction for the angles between the elements' directions."""
+
+SECOND = ((2, 0, 0), (0, 2, 0), (1, 1, 0))
+
+
+@dataclass(frozen=True)
+class State:
+    """Jacobians at the quadrature points.
+
+    Attributes
+    ----------
+    jacobian : (e, q, 3, 3) float64
+        Last axis is the xi direction, mm.
+    det : (e, q) float64
+    lift : (e, 1) float64
+        Half-width of the smooth step that replaces det J; 0 where nothing is folded, mm^3.
+    inner : (e, p, 3, 3) float64
+        Jacobians at the points where the angles are measured.
+    """
+
+    jacobian: NDArray[np.float64]
+    det: NDArray[np.float64]
+    lift: NDArray[np.float64]
+    inner: NDArray[np.float64]
+
+    @property
+    def log_det(self) -> NDArray[np.float64]:
+        """Logarithm of det J, or of what stands for it while unfolding."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(np.log((self.det + self.root) / 2))
+
+    @property
+    def root(self) -> NDArray[np.float64]:
+        """What d log det J divides by."""
+        return np.asarray(np.sqrt(self.det**2 + 4 * self.lift**2))
+
+
+class Elements:
+    """Quality terms of a topology as functions of its free degrees of freedom.
+
+    Elements may be given more than their share of the mean by an emphasis (e,).
+    """
+
+    def __init__(
+        self, freedom: Freedom, topology: Topology, emphasis: NDArray[np.float64] | None = None
+    ) -> None:
+        e = topology.n_elements
+        self.freedom = freedom
+        self.share = (np.ones(e) if emphasis is None else emphasis) / e
+        xi, weights = _points()
+        self.slopes = [freedom.functions(xi, _unit(d)) for d in range(3)]
+        inner, self.inner_weights = gauss_cube((SHEAR_GAUSS,) * 3)
+        self.inner_slopes = [freedom.functions(inner, _unit(d)) for d in range(3)]
+        self.second = [freedom.functions(inner, d) for d in SECOND]
+        self.use = np.tile(weights, (e, 1))
+        at_pole = np.flatnonzero(xi[:, 1] == 0)
+        self.use[np.ix_(topology.collapsed[:, 0], at_pole)] = 0
+        self.use /= self.use.sum(1, keepdims=True)
+
+    def _jacobian(self, q: NDArray[np.float64], slopes: list[NDArray[np.float64]]) -> Array:
+        """Jacobians (e, q, 3, 3) for free degrees of freedom (n, 3)."""
+        local = np.concatenate([q, np.zeros((1, 3))])[self.freedom.dofs]
+        return np.stack([np.matmul(s, local) for s in slopes], -1)
+
+    def state(self, q: NDArray[np.float64], unfolding: bool | None = None) -> State:
+        """Jacobians for free degrees of freedom (n, 3); `unfolding` None: if there are folds."""
+        jacobian = self._jacobian(q, self.slopes)
+        det = np.sum(jacobian[..., 0] * np.cross(jacobian[..., 1], jacobian[..., 2]), axis=-1)
+        det = np.where(self.use > 0, det, 1.0)
+        size = np.einsum("eq,eq->e", np.abs(det), self.use)[:, None]
+        if unfolding is None:
+            unfolding = bool((det < FOLDED * size).any())
+        inner = self._jacobian(q, self.inner_slopes)
+        return State(jacobian, det, LIFT * size * unfolding, inner)
+
+    def spread(self, state: State) -> float:
+        """Mean variance of log det J within the elements; infinite for folded ones."""
+        log_det = state.log_det
+        if not np.isfinite(log_det).all():
+            return np.inf
+        mean = np.einsum("eq,eq->e", log_det, self.use)[:, None]
+        return float(np.einsum("eq,eq,e->", (log_det - mean) ** 2, self.use, self.share))
+
+    def shear(self, state: State) -> float:
+        """Mean over the elements of the squared cosines between their directions."""
+        unit, _ = _directions(state.inner)
+        cosines = [np.sum(unit[..., a] * unit[..., b], axis=-1) for a, b in PAIRS]
+        return float(sum(self.share @ (c**2 @ self.inner_weights) for c in cosines))
+
+    def blocks(self, state: State, spread: float, shear: float, bending: float) -> Blocks:
+        """Gauss-Newton blocks of the weighted terms; bending is that of the step to come."""
+        e, m = self.freedom.dofs.shape
+        root = np.sqrt(self.use * self.share[:, None])[..., None]
+        rows, values = [], []
+        gradient = self._log_det_rows(state)
+        mean = np.einsum("eqk,eq->ek", gradient, self.use)[:, None]
+        log_det = state.log_det
+        centre = np.einsum("eq,eq->e", log_det, self.use)[:, None]
+        rows.append(np.sqrt(spread) * root * (gradient - mean))
+        values.append(np.sqrt(spread) * root[..., 0] * (log_det - centre))
+        unit, length = _directions(state.inner)
+        root = np.sqrt(self.inner_weights * self.share[:, None])[..., None]
+        for a, b in PAIRS:
+            cosine = np.sum(unit[..., a] * unit[..., b], axis=-1)
+            of_a = (unit[..., b] - cosine[..., None] * unit[..., a]) / length[..., a, None]
+            of_b = (unit[..., a] - cosine[..., None] * unit[..., b]) / length[..., b, None]
+            row = _outer(self.inner_slopes[a], of_a) + _outer(self.inner_slopes[b], of_b)
+            rows.append(np.sqrt(shear) * root * row)
+            values.append(np.sqrt(shear) * root[..., 0] * cosine)
+        stacked, value = np.concatenate(rows, axis=1), np.concatenate(values, axis=1)
+        across = stacked.transpose(0, 2, 1)
+        matrix = np.matmul(across, stacked)
+        view = matrix.reshape(e, m, 3, m, 3)
+        bent = bending / e * self._bending(length)
+        for x in range(3):
+            view[:, :, x, :, x] += bent
+        return Blocks(self.freedom.dofs, matrix, np.matmul(across, value[..., None])[..., 0])
+
+    def _log_det_rows(self, state: State) -> NDArray[np.float64]:
+        """Derivative of log det J by the local degrees of freedom, (e, q, 3 m)."""
+        j = state.jacobian
+        cofactors = (np.cross(j[..., (d + 1) % 3], j[..., (d + 2) % 3]) for d in range(3))
+        rows = (
+            _outer(slope, cofactor / state.root[..., None])
+            for slope, cofactor in zip(self.slopes, cofactors, strict=True)
+        )
+        return np.asarray(sum(rows))
+
+    def _bending(self, length: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Squared second derivatives over squared sizes of the elements, (e, m, m)."""
+        size = np.einsum("eqd,q->ed", length**2, self.inner_weights)
+        scales = (size[:, 0], size[:, 1], np.sqrt(size[:, 0] * size[:, 1]))
+        rows = (second * np.sqrt(self.inner_weights)[:, None] for second in self.second)
+        squares = (
+            np.matmul(row.transpose(0, 2, 1), row) / scale[:, None, None]
+            for row, scale in zip(rows, scales, strict=True)
+        )
+        return np.asarray(sum(squares))
+
+
+def _points() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Gauss points, and with little weight the corners, edges and faces' middles of an element."""
+    inner, weights = gauss_cube((QUALITY_GAUSS,) * 3)
+    t = np.array([0.0, 0.5, 1.0])
+    guard = np.stack(np.meshgrid(t, t, t, indexing="ij"), -1).reshape(-1, 3)
+    guard = guard[np.any(guard != t[1], axis=1)]
+    extra = np.full(len(guard), GUARD_WEIGHT / len(guard))
+    return np.concatenate([inner, guard]), np.concatenate([(1 - GUARD_WEIGHT) * weights, extra])
+
+
+def _unit(direction: int) -> tuple[int, int, int]:
+    """First derivative along one direction."""
+    return (int(direction == 0), int(direction == 1), int(direction == 2))
+
+
+def _directions(jacobian: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Unit columns (e, q, 3, 3) of Jacobians, and their lengths (e, q, 3)."""
+    length = np.maximum(np.linalg.norm(jacobian, axis=2), np.finfo(float).tiny)
+    return jacobian / length[:, :, None, :], length
+
+
+def _outer(slope: NDArray[np.float64], vector: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Products (e, q, 3 m) of functions (e, q, m) and vectors (e, q, 3)."""
+    return np.asarray(
+        (slope[..., None] * vector[:, :, None, :]).reshape(*slope.shape[:2], 3 * slope.shape[2])
+    )

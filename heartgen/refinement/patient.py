@@ -1,0 +1,71 @@
+"""What the mesh is refined against: the patient's images, and points of the patient's surfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heartgen.anatomy import Anatomy
+from heartgen.images.isosurface import Isosurface, isosurface
+from heartgen.images.levelset import LevelSet
+
+VOXELS_PER_LENGTH = 75.0
+"""The unit of distance is a voxel of an image at least this fine over the ventricle's length."""
+
+BELOW_BASE = 1.0
+"""Voxels below the base at which the surfaces' points begin: the base belongs to the plane."""
+
+
+@dataclass(frozen=True)
+class Patient:
+    """What the mesh is to meet.
+
+    Attributes
+    ----------
+    images : mapping of str to LevelSet
+        Signed distance for each named surface of the mesh.
+    points : mapping of str to Isosurface
+        Points of the patient's surfaces below the base, for the named surfaces they belong to.
+    voxel : float
+        Unit of distance, mm.
+    """
+
+    images: Mapping[str, LevelSet]
+    points: Mapping[str, Isosurface]
+    voxel: float
+
+
+def patient_of(anatomy: Anatomy) -> Patient:
+    """Collect images and surface points of an anatomy.
+
+    Parameters
+    ----------
+    anatomy : Anatomy
+
+    Returns
+    -------
+    Patient
+    """
+    points = {}
+    for name, level in anatomy.surfaces.items():
+        if name != "base":
+            whole = isosurface(level)
+            height = anatomy.base.plane.height(whole.points)
+            part = whole.part(height < -BELOW_BASE * anatomy.voxel)
+            points[name] = replace(part, weights=_areas(part.normals, level.affine))
+    voxel = min(anatomy.voxel, anatomy.length / VOXELS_PER_LENGTH)
+    return Patient(anatomy.surfaces, points, voxel)
+
+
+def _areas(normals: NDArray[np.float64], affine: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Area (n,) that stands for each crossing of a grid's edges by a surface, mm^2.
+
+    A flat surface of normal n and area A crosses ``A |n . (b x c)| / |a . (b x c)|`` edges along a.
+    Unlike the areas of triangles, this does not depend on the order of the grid's axes.
+    """
+    a, b, c = affine[:3, :3].T
+    faces = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)])
+    return np.asarray(abs(np.linalg.det(affine[:3, :3])) / np.abs(normals @ faces.T).sum(1))

@@ -1,0 +1,128 @@
+"""Rays across the left ventricle's wall: where they meet the right pool and leave the heart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heartgen.anatomy import Anatomy
+from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN, bernstein
+from heartgen.templates.ellipsoid import TruncatedEllipsoid
+from heartgen.templates.spacing import Spacing
+
+AROUND = 90
+"""Rays around: one every four degrees."""
+
+PER_ROW = 4
+"""Rays per row of elements."""
+
+STEP = 0.5
+"""Step along a ray, voxels."""
+
+WALL_REACH, POOL_REACH = 6.0, 3.0
+"""Length of a ray over the wall's thickness, or over the pool's radius, whichever is longer."""
+
+
+@dataclass(frozen=True)
+class RayGrid:
+    """A cup of rays that leave the endocardium of an ellipsoid across its wall.
+
+    Attributes
+    ----------
+    shape : TruncatedEllipsoid
+    spacing : Spacing
+        Where the rows of elements lie on its two surfaces.
+    """
+
+    shape: TruncatedEllipsoid
+    spacing: Spacing
+
+    def rays(
+        self, angle: NDArray[np.float64], row: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Starts (n, 3), heart frame, mm, and unit directions (n, 3) at angles and rows (n,)."""
+        start, end = (
+            self.shape.points(angle, self._polar(surface, row), surface) for surface in (0, 1)
+        )
+        across = end - start
+        return start, across / np.linalg.norm(across, axis=1, keepdims=True)
+
+    def _polar(self, surface: int, row: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Polar angle (n,) on one of the two surfaces at row coordinates (n,)."""
+        value, slope = self.spacing.value[surface], self.spacing.slope[surface]
+        cell = np.clip(np.floor(row).astype(int), 0, len(value) - 2)
+        hermite = np.stack([value[cell], slope[cell], value[cell + 1], slope[cell + 1]], -1)
+        return np.asarray(np.sum(bernstein(row - cell) * (hermite @ HERMITE_TO_BERNSTEIN.T), 1))
+
+
+@dataclass(frozen=True)
+class Hits:
+    """What a grid of rays meets.
+
+    Attributes
+    ----------
+    angle : (a,) float64
+        Angle of each column of rays about the long axis, rad, from -pi.
+    row : (r,) float64
+        Row coordinate of each row of rays, 0 at the apex.
+    heart : (r, a) float64
+        Distance to the outside of the heart, mm.
+    entry : (r, a) float64
+        Distance to the right pool, mm; not a number where the ray misses it.
+    """
+
+    angle: NDArray[np.float64]
+    row: NDArray[np.float64]
+    heart: NDArray[np.float64]
+    entry: NDArray[np.float64]
+
+    def edges(self, row: int) -> tuple[float, float]:
+        """Angles between which the widest run of rays of a row meets the right pool, rad."""
+        hit = np.isfinite(self.entry[row])
+        if not hit.any():
+            return 0.0, 0.0
+        if hit.all():
+            return -np.pi, np.pi
+        first = int(np.flatnonzero(~hit)[0])
+        change = np.diff(np.roll(hit, -first).astype(int), prepend=0, append=0)
+        starts, ends = np.flatnonzero(change == 1), np.flatnonzero(change == -1)
+        widest = int(np.argmax(ends - starts))
+        step = 2 * np.pi / len(self.angle)
+        low = self.angle[0] + step * (starts[widest] + first - 0.5)
+        high = self.angle[0] + step * (ends[widest] + first - 0.5)
+        turns = 2 * np.pi * np.round((low + high) / (4 * np.pi))
+        return float(low - turns), float(high - turns)
+
+
+def cast_rays(anatomy: Anatomy, grid: RayGrid) -> Hits:
+    """Cast rays through the patient's images.
+
+    Parameters
+    ----------
+    anatomy : Anatomy
+        With a right ventricle.
+    grid : RayGrid
+
+    Returns
+    -------
+    Hits
+    """
+    along = grid.spacing.value.shape[1] - 1
+    angle = 2 * np.pi * np.arange(AROUND) / AROUND - np.pi
+    row = (np.arange(PER_ROW * along) + 0.5) / PER_ROW
+    start, direction = grid.rays(*(x.ravel() for x in np.meshgrid(angle, row)))
+    reach = max(WALL_REACH * anatomy.wall_thickness, POOL_REACH * anatomy.radius)
+    s = np.arange(0, reach, STEP * anatomy.voxel)
+    points = anatomy.to_world((start[:, None] + s[:, None] * direction[:, None]).reshape(-1, 3))
+    outside, pool = (
+        (sign * anatomy.surfaces[name].sample(points)[0] > 0).reshape(len(start), -1)
+        for name, sign in (("epi", 1), ("rv_endo", -1))
+    )
+    outside = np.maximum.accumulate(outside, axis=1)
+    last = np.where(outside.any(1), outside.argmax(1), len(s) - 1)
+    pool &= ~outside
+    entry = np.where(pool.any(1), s[pool.argmax(1)], np.nan)
+    shape = (len(row), AROUND)
+    return Hits(angle, row, s[last].reshape(shape), entry.reshape(shape))

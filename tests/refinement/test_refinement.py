@@ -1,0 +1,152 @@
+"""Refinement: its derivatives, its laws, and what it repairs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from heartgen import samples
+from heartgen.anatomy import Anatomy, analyse
+from heartgen.assessment import assess_accuracy, assess_quality
+from heartgen.enhancement import enhance
+from heartgen.mesh import HexMesh
+from heartgen.mesh.freedom import FaceFreedom, Freedom
+from heartgen.mesh.validity import certify
+from heartgen.refinement import Weights, patient_of, refine, weights_for
+from heartgen.refinement.distances import distance_blocks, from_patient, to_patient
+from heartgen.refinement.elements import Elements
+from heartgen.templates import lv_template
+
+STEP = 1e-5
+
+
+@pytest.fixture(scope="module")
+def anatomy() -> Anatomy:
+    return analyse(samples.lifelike_lv(2.0).mask)
+
+
+@pytest.fixture(scope="module")
+def template(anatomy: Anatomy) -> HexMesh:
+    return lv_template(anatomy, (1, 8, 4))
+
+
+def folded(mesh: HexMesh) -> HexMesh:
+    """The mesh with a node of the outer surface pushed through the inner one."""
+    freedom = Freedom(mesh.topology)
+    q = mesh.dofs[freedom.free].copy()
+    corner = mesh.control[mesh.topology.index[:, 2] == 2][0]
+    inner, outer = corner[0], corner[48]
+    hit = np.flatnonzero(np.linalg.norm(q - outer, axis=1) < 1e-6)
+    q[hit] += 1.5 * (inner - outer)
+    return mesh.with_dofs(freedom.straight @ q)
+
+
+@pytest.mark.parametrize("unfolding", [False, True])
+def test_gradient_of_the_quality_terms(template: HexMesh, unfolding: bool) -> None:
+    freedom = Freedom(template.topology)
+    elements = Elements(freedom, template.topology)
+    rng = np.random.default_rng(0)
+    q = template.dofs[freedom.free] + 0.1 * rng.standard_normal((freedom.n, 3))
+    direction = rng.standard_normal(q.shape)
+
+    def energy(t: float) -> float:
+        state = elements.state(q + t * direction, unfolding=False)
+        if unfolding:
+            lifted = elements.state(q, unfolding=True).lift
+            state = replace(state, lift=lifted)
+        return 2.0 * elements.spread(state) + 3.0 * elements.shear(state)
+
+    slope = (energy(STEP) - energy(-STEP)) / (2 * STEP)
+    blocks = elements.blocks(elements.state(q, unfolding), 2.0, 3.0, 0.0)
+    padded = np.concatenate([direction, np.zeros((1, 3))])[blocks.dofs].reshape(
+        len(blocks.dofs), -1
+    )
+    # The blocks hold half the gradient of a sum of squares.
+    assert 2 * np.sum(padded * blocks.gradient) == pytest.approx(slope, rel=1e-5)
+
+
+def test_gradient_of_the_distances(anatomy: Anatomy, template: HexMesh) -> None:
+    freedom = Freedom(template.topology)
+    faces, patient = FaceFreedom(freedom, template.topology), patient_of(anatomy)
+    q = template.dofs[freedom.free]
+    direction = np.random.default_rng(0).standard_normal(q.shape)
+    d = to_patient(template, faces, patient, 2.0)
+
+    def energy(t: float) -> float:
+        moved = template.with_dofs(freedom.straight @ (q + t * direction))
+        return float(d.weight @ to_patient(moved, faces, patient, 2.0).value ** 2)
+
+    slope = (energy(STEP) - energy(-STEP)) / (2 * STEP)
+    blocks = distance_blocks(faces, [d], 1.0)
+    padded = np.concatenate([direction, np.zeros((1, 3))])[blocks.dofs].reshape(
+        len(blocks.dofs), -1
+    )
+    assert 2 * np.sum(padded * blocks.gradient) == pytest.approx(slope, rel=1e-4)
+
+
+def test_distances_from_the_patient_are_those_to_the_tangent_planes(
+    anatomy: Anatomy, template: HexMesh
+) -> None:
+    faces, patient = FaceFreedom(Freedom(template.topology), template.topology), patient_of(anatomy)
+    d = from_patient(template, faces, patient)
+    points = np.concatenate([p.points for p in patient.points.values()])
+    near = np.einsum("pa,pax->px", d.functions, faces.control(template)[d.face])
+    np.testing.assert_allclose(np.sum((near - points) * d.normal, axis=1), d.value, atol=1e-9)
+    inside = d.weight > 0
+    # At a closest point inside a face the whole distance is along the normal.
+    assert np.median(np.linalg.norm(near - points, axis=1)[inside] - np.abs(d.value[inside])) < 1e-6
+    assert 0.5 < d.weight.sum() <= 1 + 1e-12
+
+
+def test_error_and_quality_both_improve(anatomy: Anatomy, template: HexMesh) -> None:
+    refined = refine(template, patient_of(anatomy), weights_for(3, 1.0))
+    before = assess_accuracy(template, anatomy.myocardium, anatomy.wall_volume)
+    after = assess_accuracy(refined, anatomy.myocardium, anatomy.wall_volume)
+    assert after.mean < 0.5 * before.mean
+    assert assess_quality(refined).valid
+    np.testing.assert_array_equal(enhance(refined).dofs, refined.dofs)
+
+
+def test_the_quality_dial_trades_accuracy_for_quality(anatomy: Anatomy, template: HexMesh) -> None:
+    patient = patient_of(anatomy)
+    loose, firm = (refine(template, patient, weights_for(3, dial)) for dial in (0.2, 5.0))
+    error = [
+        assess_accuracy(m, anatomy.myocardium, anatomy.wall_volume).mean for m in (loose, firm)
+    ]
+    quality = [assess_quality(m).mean for m in (loose, firm)]
+    assert error[0] < error[1]
+    assert quality[0] < quality[1]
+
+
+def test_folded_elements_are_unfolded(anatomy: Anatomy, template: HexMesh) -> None:
+    start = folded(template)
+    assert not certify(start).all_valid
+    refined = refine(start, patient_of(anatomy), weights_for(2, 1.0))
+    assert certify(refined).all_valid
+
+
+def test_moves_with_the_patient(anatomy: Anatomy, template: HexMesh) -> None:
+    rotation = Rotation.from_rotvec([0.3, -0.2, 0.9]).as_matrix()
+    motion = np.eye(4)
+    motion[:3, :3], motion[:3, 3] = rotation, [30, -20, 5]
+    sample = samples.lifelike_lv(2.0)
+    mask = sample.mask
+    elsewhere = analyse(type(mask)(mask.voxels, motion @ mask.affine, mask.name))
+    here = refine(template, patient_of(anatomy), Weights(), steps=3)
+    there = refine(template.transformed(motion), patient_of(elsewhere), Weights(), steps=3)
+    np.testing.assert_allclose(there.dofs, here.transformed(motion).dofs, atol=0.05)
+
+
+def test_progress_can_cancel(anatomy: Anatomy, template: HexMesh) -> None:
+    class StopNowError(Exception):
+        pass
+
+    def stop(done: float) -> None:
+        if done > 0:
+            raise StopNowError
+
+    with pytest.raises(StopNowError):
+        refine(template, patient_of(anatomy), Weights(), progress=stop)
