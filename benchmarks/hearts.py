@@ -1,10 +1,11 @@
 """Fit every mask of some folders at several levels of detail, and tabulate.
 
 usage: python -m benchmarks.hearts FOLDER... [--elements 1x12x6] [--levels 1,2,3,4,5] [--paper]
-                                   [--score SCORE.py] [--options k=v,...] [-o OUT]
+                                   [--score SCORE.py] [--scored 1,3] [--options k=v,...] [-o OUT]
 
 With --paper the paper's four steps alone, without the refinement. With --score, an independent
-script ``SCORE.py`` with a function ``score(mask, [mesh])`` measures all meshes too. Writes OUT.csv
+script ``SCORE.py`` with a function ``score(mask, [mesh])`` measures the meshes of the levels in
+--scored too. Writes OUT.csv
 (a line per case and level) and prints the medians, the successes and certified meshes, the errors
 by surface, the worst cases, and how error and quality move from level to level.
 """
@@ -47,6 +48,7 @@ def main() -> None:
     parser.add_argument("--paper", action="store_true")
     parser.add_argument("--options", default="")
     parser.add_argument("--score", type=Path)
+    parser.add_argument("--scored", default="1,3")
     parser.add_argument("--processes", type=int, default=os.cpu_count())
     parser.add_argument("-o", "--out", type=Path, default=Path("benchmarks/results/hearts"))
     a = parser.parse_args()
@@ -58,7 +60,8 @@ def main() -> None:
     for pair in filter(None, a.options.split(",")):
         name, value = pair.split("=")
         choices[name] = float(value)
-    jobs = [(str(p), levels, choices, str(a.score) if a.score else None) for p in cases]
+    scored = {int(k): str(a.score) for k in a.scored.split(",") if a.score}
+    jobs = [(str(p), levels, choices, scored) for p in cases]
     rows: list[dict[str, Any]] = []
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))  # for the workers, which import anew
     with multiprocessing.get_context("spawn").Pool(a.processes) as pool:
@@ -74,9 +77,9 @@ def main() -> None:
     print(f"\n{summary(rows, len(cases), levels)}")
 
 
-def fit(job: tuple[str, tuple[int, ...], dict[str, Any], str | None]) -> list[dict[str, Any]]:
+def fit(job: tuple[str, tuple[int, ...], dict[str, Any], dict[int, str]]) -> list[dict[str, Any]]:
     """One case at all levels: a row each."""
-    path, levels, choices, score = job
+    path, levels, choices, scored = job
     case = Path(path).name.split(".")[0]
     try:
         results = heartgen.personalize_levels(heartgen.read_mask(path), levels, **choices)
@@ -106,8 +109,8 @@ def fit(job: tuple[str, tuple[int, ...], dict[str, Any], str | None]) -> list[di
             **{name: accuracy.by_surface.get(name) for name in SURFACES},
             **{f"seconds {name}": time for name, time in report.seconds.items()},
         }
-        if score:
-            row |= independent(score, path, result.mesh)
+        if lod in scored:
+            row |= independent(scored[lod], path, result.mesh)
         rows.append(row)
     return rows
 

@@ -351,7 +351,7 @@ def _refined(
     if not options.refine:
         return mesh, 0
     patient = patient_of(anatomy)
-    weights = weights_for(options.lod, options.quality)
+    weights = weights_for(options.lod, options.quality, anatomy.rv is not None)
     for _ in range(FIRMER_ROUNDS):
         mesh = refine(mesh, patient, weights, emphasis=emphasis, progress=done)
         valid = certify(mesh).valid

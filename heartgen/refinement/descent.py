@@ -12,7 +12,7 @@ step, so that nodes slide rather than drift.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,7 @@ SCALE = 0.3
 SHORTEST = 1e-3
 """Step below which the descent has ended."""
 
-QUALITY = (4.0, 2.0, 1.0, 0.5, 0.25)
+QUALITY = (1.7, 1.3, 1.0, 0.6, 0.3)
 """Weight of quality against accuracy for each level of detail."""
 
 
@@ -52,17 +52,35 @@ class Weights:
         Distances at the base, relative to those elsewhere.
     """
 
-    spread: float = 30.0
-    shear: float = 10.0
+    spread: float = 45.0
+    shear: float = 8.0
     bending: float = 0.05
     base: float = 5.0
 
 
-def weights_for(lod: int, quality: float) -> Weights:
-    """Weights for a level of detail and the quality dial (1: as the level has it)."""
+SHEARED = Weights(spread=30.0, shear=12.0)
+"""Weights for two ventricles: the corners of the right one would be paid for with shear."""
+
+
+def weights_for(lod: int, quality: float, biventricular: bool = False) -> Weights:
+    """Weights for a level of detail.
+
+    Parameters
+    ----------
+    lod : int
+        Level of detail, 1 to 5.
+    quality : float
+        The quality dial; 1 is the level's own weight.
+    biventricular : bool
+        Whether the mesh has a right ventricle.
+
+    Returns
+    -------
+    Weights
+    """
     factor = QUALITY[lod - 1] * quality
-    plain = Weights()
-    return Weights(factor * plain.spread, factor * plain.shear, plain.bending, plain.base)
+    plain = SHEARED if biventricular else Weights()
+    return replace(plain, spread=factor * plain.spread, shear=factor * plain.shear)
 
 
 def refine(
