@@ -71,12 +71,15 @@ class Hits:
         Distance to the outside of the heart, mm.
     entry : (r, a) float64
         Distance to the right pool, mm; not a number where the ray misses it.
+    miss : (r, a) float64
+        Least signed distance to the right pool along the ray, mm; negative where it is met.
     """
 
     angle: NDArray[np.float64]
     row: NDArray[np.float64]
     heart: NDArray[np.float64]
     entry: NDArray[np.float64]
+    miss: NDArray[np.float64]
 
     def edges(self, row: int) -> tuple[float, float]:
         """Angles between which the widest run of rays of a row meets the right pool, rad."""
@@ -89,9 +92,17 @@ class Hits:
         change = np.diff(np.roll(hit, -first).astype(int), prepend=0, append=0)
         starts, ends = np.flatnonzero(change == 1), np.flatnonzero(change == -1)
         widest = int(np.argmax(ends - starts))
-        step = 2 * np.pi / len(self.angle)
-        low = self.angle[0] + step * (starts[widest] + first - 0.5)
-        high = self.angle[0] + step * (ends[widest] + first - 0.5)
+        step, turn = 2 * np.pi / len(self.angle), len(self.angle)
+        miss = self.miss[row]
+
+        def between(outside: int, inside: int) -> float:
+            """Where the miss changes sign between two neighbouring rays, in rays."""
+            a, b = miss[outside % turn], miss[inside % turn]
+            return outside + float(a / (a - b)) * (inside - outside)
+
+        start, end = int(starts[widest]) + first, int(ends[widest]) + first
+        low = self.angle[0] + step * between(start - 1, start)
+        high = self.angle[0] + step * between(end, end - 1)
         turns = 2 * np.pi * np.round((low + high) / (4 * np.pi))
         return float(low - turns), float(high - turns)
 
@@ -116,13 +127,28 @@ def cast_rays(anatomy: Anatomy, grid: RayGrid) -> Hits:
     reach = max(WALL_REACH * anatomy.wall_thickness, POOL_REACH * anatomy.radius)
     s = np.arange(0, reach, STEP * anatomy.voxel)
     points = anatomy.to_world((start[:, None] + s[:, None] * direction[:, None]).reshape(-1, 3))
-    outside, pool = (
-        (sign * anatomy.surfaces[name].sample(points)[0] > 0).reshape(len(start), -1)
-        for name, sign in (("epi", 1), ("rv_endo", -1))
+    solid, pool = (
+        anatomy.surfaces[name].sample(points)[0].reshape(len(start), -1)
+        for name in ("epi", "rv_endo")
     )
-    outside = np.maximum.accumulate(outside, axis=1)
-    last = np.where(outside.any(1), outside.argmax(1), len(s) - 1)
-    pool &= ~outside
-    entry = np.where(pool.any(1), s[pool.argmax(1)], np.nan)
+    beyond = np.maximum.accumulate(solid > 0, axis=1)
+    pool = np.where(beyond, np.maximum(pool, reach), pool)
     shape = (len(row), AROUND)
-    return Hits(angle, row, s[last].reshape(shape), entry.reshape(shape))
+    return Hits(
+        angle=angle,
+        row=row,
+        heart=np.nan_to_num(_crossing(s, solid), nan=s[-1]).reshape(shape),
+        entry=_crossing(s, -pool).reshape(shape),
+        miss=pool.min(1).reshape(shape),
+    )
+
+
+def _crossing(s: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Where values (n, m) at places s (m,) first become positive, (n,); NaN where they do not."""
+    positive = values > 0
+    at = np.maximum(positive.argmax(1), 1)
+    rows = np.arange(len(values))
+    before, after = values[rows, at - 1], values[rows, at]
+    share = np.clip(before / np.where(before == after, 1, before - after), 0, 1)
+    place = s[at - 1] + share * (s[at] - s[at - 1])
+    return np.where(positive.any(1), np.where(positive[:, 0], s[0], place), np.nan)

@@ -1,0 +1,155 @@
+"""Both ventricles, from mask to mesh: what is measured, where it moves, what never crosses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+import heartgen
+from heartgen import samples
+from heartgen.anatomy import analyse
+from heartgen.images import Mask
+from heartgen.mesh.closest import closest_points
+from heartgen.mesh.surfaces import face_control, face_signs, sample_faces, tabulate_face
+from heartgen.pipeline import Personalization
+
+COARSE = 2.0
+"""Voxel size that keeps the tests quick, mm."""
+
+
+@pytest.fixture(scope="module")
+def sample() -> samples.Sample:
+    return samples.biv(COARSE)
+
+
+@pytest.fixture(scope="module")
+def fitted(sample: samples.Sample) -> Personalization:
+    return heartgen.personalize(sample.mask, lod=2)
+
+
+def test_result_is_valid_good_and_described(fitted: Personalization) -> None:
+    report = fitted.report
+    assert report.quality.valid
+    assert report.success
+    assert report.quality.mean > 0.5
+    assert report.quality.scaled_mean > 0.8
+    assert report.accuracy.mean < 0.2 * COARSE
+    assert set(report.accuracy.by_surface) == {"lv_endo", "rv_endo", "rv_apex", "epi", "base"}
+    assert report.measurements.right is not None
+    assert "rv_apex" in report.to_json()
+
+
+def test_septum_and_free_wall_never_cross(fitted: Personalization) -> None:
+    mesh = fitted.mesh
+    septum, free = (mesh.topology.patches[name] for name in ("rv_septum", "rv_free_wall"))
+    for one, other in ((septum, free), (free, septum)):
+        points, _, _ = sample_faces(mesh, other, 6)
+        near = closest_points(mesh, one, points)
+        inside = np.all((near.uv > 1e-6) & (near.uv < 1 - 1e-6), axis=1)
+        control = face_control(mesh, one)[near.face]
+        tangents = (
+            np.einsum("na,nax->nx", tabulate_face(near.uv, d), control) for d in ((1, 0), (0, 1))
+        )
+        outward = np.cross(*tangents) * face_signs()[one[near.face, 1], None]
+        # The signed distance: the wall's outside is the pool.
+        signed = np.einsum("nx,nx->n", points - near.points, outward)
+        assert signed[inside].min() > 0
+
+
+def test_surfaces_do_not_leave_the_heart(fitted: Personalization) -> None:
+    anatomy, mesh = fitted.anatomy, fitted.mesh
+    points, _, _ = sample_faces(mesh, mesh.topology.surfaces["rv_endo"], 6)
+    solid = anatomy.surfaces["epi"].sample(points)[0]
+    assert solid[anatomy.base.plane.height(points) < -COARSE].max() < 0
+
+
+@pytest.mark.parametrize("elements", [(2, 9, 8), (3, 16, 10), (2, 6, 4)])
+def test_elements_are_free(sample: samples.Sample, elements: tuple[int, int, int]) -> None:
+    report = heartgen.personalize(sample.mask, elements=elements).report
+    assert report.options["elements"] == elements
+    assert report.quality.valid
+    assert report.success
+
+
+def test_motion_moves_the_mesh(sample: samples.Sample, fitted: Personalization) -> None:
+    rotation = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
+    scale, shift = 0.1, np.array([40.0, -10.0, 5.0])
+    affine = np.eye(4)
+    affine[:3, :3], affine[:3, 3] = scale * rotation, shift
+    mask = sample.mask
+    other = heartgen.personalize(Mask(mask.voxels, affine @ mask.affine, "moved"), lod=2)
+    xi = np.random.default_rng(0).uniform(size=(20, 3))
+    expected = scale * fitted.mesh.evaluate(xi) @ rotation.T + shift
+    assert np.abs(other.mesh.evaluate(xi) - expected).max() < 0.05 * scale
+
+
+@pytest.mark.parametrize(("order", "flips"), [((2, 0, 1), ()), ((1, 0, 2), (0, 2))])
+def test_order_of_image_axes_does_not_matter(
+    sample: samples.Sample,
+    fitted: Personalization,
+    order: tuple[int, int, int],
+    flips: tuple[int, ...],
+) -> None:
+    voxels = sample.mask.voxels.transpose(order)
+    index = np.zeros((4, 4))
+    index[3, 3] = 1
+    for new, old in enumerate(order):
+        index[old, new] = 1
+    for axis in flips:
+        voxels = np.flip(voxels, axis)
+        turn = np.eye(4)
+        turn[axis, axis], turn[axis, 3] = -1, voxels.shape[axis] - 1
+        index = index @ turn
+    other = Mask(np.ascontiguousarray(voxels), sample.mask.affine @ index, "same")
+    xi = np.random.default_rng(0).uniform(size=(20, 3))
+    mesh = heartgen.personalize(other, lod=2).mesh
+    assert np.abs(mesh.evaluate(xi) - fitted.mesh.evaluate(xi)).max() < 0.05
+
+
+@settings(max_examples=4, phases=(Phase.explicit, Phase.generate))
+@given(
+    rv_size=st.floats(0.9, 1.25),
+    rv_wall=st.floats(3.0, 6.0),
+    septum=st.floats(7.0, 14.0),
+    tilt=st.floats(-12.0, 12.0),
+    rv_apex=st.floats(10.0, 25.0),
+)
+def test_analysis_recovers_what_is_true(
+    rv_size: float, rv_wall: float, septum: float, tilt: float, rv_apex: float
+) -> None:
+    sample = samples.biv(
+        COARSE, rv_size=rv_size, rv_wall=rv_wall, septum=septum, tilt=tilt, rv_apex=rv_apex
+    )
+    truth = sample.truth
+    assert truth.rv is not None
+    anatomy = analyse(sample.mask)
+    right = anatomy.rv
+    assert right is not None
+    assert right.wall_thickness == pytest.approx(rv_wall, abs=0.5 * COARSE)
+    assert right.septal_thickness == pytest.approx(septum, abs=0.75 * COARSE)
+    assert right.pool_volume == pytest.approx(truth.rv.cavity_volume, rel=0.08)
+    assert anatomy.pool_volume == pytest.approx(truth.cavity_volume, rel=0.05)
+    assert anatomy.wall_volume == pytest.approx(truth.wall_volume, rel=0.05)
+    assert abs(anatomy.frame[:3, 2] @ truth.basal_plane[1]) > np.cos(np.radians(3))
+    lowest = -float(anatomy.base.plane.height(truth.rv.apex[None])[0])
+    assert -right.apex_level == pytest.approx(lowest, abs=3 * COARSE)  # its tip is thin
+
+
+def test_both_ventricles_can_be_demanded(sample: samples.Sample) -> None:
+    auto, told = (analyse(sample.mask, ventricles=v) for v in ("auto", "biv"))
+    assert told.rv is not None
+    np.testing.assert_array_equal(auto.frame, told.frame)
+
+
+def test_real_hearts(shared_data: Path) -> None:
+    for name in ("biv/cobiveco_geo2", "animal/UCSD_heart"):
+        report = heartgen.personalize(
+            heartgen.read_mask(shared_data / f"{name}.nii.gz"), lod=2
+        ).report
+        assert report.success
+        assert report.quality.valid
