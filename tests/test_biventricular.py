@@ -132,7 +132,8 @@ def test_analysis_recovers_what_is_true(
     assert right is not None
     assert right.wall_thickness == pytest.approx(rv_wall, abs=0.5 * COARSE)
     assert right.septal_thickness == pytest.approx(septum, abs=0.75 * COARSE)
-    assert right.pool_volume == pytest.approx(truth.rv.cavity_volume, rel=0.08)
+    # Voxels of 2 mm do not hold the thin horns at the insertions.
+    assert right.pool_volume == pytest.approx(truth.rv.cavity_volume, rel=0.12)
     assert anatomy.pool_volume == pytest.approx(truth.cavity_volume, rel=0.05)
     assert anatomy.wall_volume == pytest.approx(truth.wall_volume, rel=0.05)
     assert abs(anatomy.frame[:3, 2] @ truth.basal_plane[1]) > np.cos(np.radians(3))

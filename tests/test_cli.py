@@ -106,7 +106,8 @@ def test_fit_shows_the_steps_apart_from_the_results(fitted):
 def test_options_arrive(mask_file, tmp_path):
     outcome = run(
         "fit", mask_file, "-o", tmp_path, "--lod", 2, "--elements", "2x10x5",
-        "--truncate", "7.5", "--depth", "linear", "--no-enhance",
+        "--truncate", "7.5", "--depth", "linear", "--no-enhance", "--no-refine",
+        "--quality", 2.0, "--ventricles", "lv",
     )  # fmt: skip
     assert outcome.exit_code == 0, outcome.output
     options = json.loads((tmp_path / "report.json").read_text())["options"]
@@ -115,6 +116,9 @@ def test_options_arrive(mask_file, tmp_path):
         "elements": [2, 10, 5],
         "truncate": 7.5,
         "enhance": False,
+        "refine": False,
+        "quality": 2.0,
+        "ventricles": "lv",
         "depth": "linear",
     }
 
