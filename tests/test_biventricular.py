@@ -113,11 +113,11 @@ def test_order_of_image_axes_does_not_matter(
 
 @settings(max_examples=4, phases=(Phase.explicit, Phase.generate))
 @given(
-    rv_size=st.floats(0.9, 1.25),
+    rv_size=st.floats(1.0, 1.25),
     rv_wall=st.floats(3.0, 6.0),
     septum=st.floats(7.0, 14.0),
     tilt=st.floats(-12.0, 12.0),
-    rv_apex=st.floats(10.0, 25.0),
+    rv_apex=st.floats(15.0, 25.0),
 )
 def test_analysis_recovers_what_is_true(
     rv_size: float, rv_wall: float, septum: float, tilt: float, rv_apex: float
@@ -133,7 +133,7 @@ def test_analysis_recovers_what_is_true(
     assert right.wall_thickness == pytest.approx(rv_wall, abs=0.5 * COARSE)
     assert right.septal_thickness == pytest.approx(septum, abs=0.75 * COARSE)
     # Voxels of 2 mm do not hold the thin horns at the insertions.
-    assert right.pool_volume == pytest.approx(truth.rv.cavity_volume, rel=0.12)
+    assert right.pool_volume == pytest.approx(truth.rv.cavity_volume, rel=0.08)
     assert anatomy.pool_volume == pytest.approx(truth.cavity_volume, rel=0.05)
     assert anatomy.wall_volume == pytest.approx(truth.wall_volume, rel=0.05)
     assert abs(anatomy.frame[:3, 2] @ truth.basal_plane[1]) > np.cos(np.radians(3))
