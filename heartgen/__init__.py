@@ -9,7 +9,8 @@ if TYPE_CHECKING:
     from heartgen import samples
     from heartgen.images import Mask, mask_from_array, read_labels, read_mask
     from heartgen.mesh import HexMesh
-    from heartgen.pipeline import Options, Personalization, personalize, personalize_levels
+    from heartgen.options import Options
+    from heartgen.pipeline import Personalization, personalize, personalize_levels
 
 __version__ = "0.1.0"
 
@@ -30,7 +31,7 @@ __all__ = [
 _HOMES = {
     "HexMesh": "heartgen.mesh",
     "Mask": "heartgen.images",
-    "Options": "heartgen.pipeline",
+    "Options": "heartgen.options",
     "Personalization": "heartgen.pipeline",
     "mask_from_array": "heartgen.images",
     "personalize": "heartgen.pipeline",

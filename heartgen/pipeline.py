@@ -7,19 +7,19 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from heartgen.anatomy import Anatomy, analyse
 from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.enhancement import enhance
-from heartgen.errors import InputError
 from heartgen.formats import write_mesh, write_text
 from heartgen.images import Finding, Mask
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import jacobian_ratio, volume
 from heartgen.mesh.validity import certify
+from heartgen.options import Options
 from heartgen.refinement import patient_of, refine, weights_for
 from heartgen.registration import Deformation, register
 from heartgen.report import Measurements, Report, RightMeasurements
@@ -45,9 +45,6 @@ LV_ELEMENTS = (1, 12, 6)
 BIV_ELEMENTS = (2, 12, 8)
 """Default elements (radial, circumferential, longitudinal)."""
 
-QUALITY_LIMITS = (0.01, 100.0)
-"""Range of the quality dial."""
-
 FIRMER = 10.0
 """Factor by which an element that is not proven valid gains weight when the refinement goes on."""
 
@@ -59,67 +56,6 @@ ML = 1000.0
 
 Progress = Callable[[str, float], None]
 """Called with the name of the running step and the share of it that is done; raise to cancel."""
-
-
-@dataclass(frozen=True)
-class Options:
-    """What the user may choose.
-
-    Attributes
-    ----------
-    lod : int
-        Level of detail: 1, coarse and most stable, to 5, most accurate.
-    elements : (int, int, int) or None
-        Elements (radial, circumferential, longitudinal); None for 1x12x6 for a left ventricle and
-        2x12x8 for both.
-    ventricles : {"auto", "lv", "biv"}
-        What the mask shows: found out, a left ventricle alone, or both.
-    refine : bool
-        Refine the mesh after the paper's four steps.
-    quality : float
-        Weight of element quality against accuracy in the refinement, relative to the level's own.
-    truncate : float or {"auto", "off"}
-        Truncation below the basal plane, mm; ``"auto"`` where valve anatomy is present.
-    enhance : bool
-        Straighten the mesh across the wall after warping.
-    depth : {"graded", "linear"}
-        Parametrisation across the wall: graded for even elements, or proportional.
-    """
-
-    lod: int = 1
-    elements: tuple[int, int, int] | None = None
-    ventricles: Literal["auto", "lv", "biv"] = "auto"
-    refine: bool = True
-    quality: float = 1.0
-    truncate: float | Literal["auto", "off"] = "auto"
-    enhance: bool = True
-    depth: Literal["graded", "linear"] = "graded"
-
-    def __post_init__(self) -> None:
-        if self.lod not in range(1, 6):
-            raise InputError(f"level of detail {self.lod} does not exist: choose 1 to 5")
-        if self.elements is not None and (
-            len(self.elements) != 3 or any(int(n) != n or n < 1 for n in self.elements)
-        ):
-            raise InputError(
-                f"elements {self.elements} are not three positive numbers: give radial, "
-                "circumferential and longitudinal, for example 1x12x6"
-            )
-        if self.ventricles not in ("auto", "lv", "biv"):
-            raise InputError(
-                f"ventricles {self.ventricles!r} are not known: choose auto, lv or biv"
-            )
-        if not QUALITY_LIMITS[0] <= self.quality <= QUALITY_LIMITS[1]:
-            raise InputError(
-                f"quality {self.quality} is out of range: choose {QUALITY_LIMITS[0]:g} to "
-                f"{QUALITY_LIMITS[1]:g}, where 1 is the level's own"
-            )
-        if isinstance(self.truncate, str) and self.truncate not in ("auto", "off"):
-            raise InputError(
-                f"truncation {self.truncate!r} is not known: give a distance in mm, auto or off"
-            )
-        if self.depth not in ("graded", "linear"):
-            raise InputError(f"depth {self.depth!r} is not known: choose graded or linear")
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,8 @@ from heartgen.errors import InputError, MeshError
 
 if TYPE_CHECKING:
     from heartgen.images import Mask
-    from heartgen.pipeline import Options, Personalization
+    from heartgen.options import Options
+    from heartgen.pipeline import Personalization
 
 app = typer.Typer(
     add_completion=False,
@@ -141,7 +142,7 @@ def fit(
     Ends with 0 only if the mesh is valid; if it is not, nothing is written.
     """
     with told(debug):
-        from heartgen.pipeline import Options
+        from heartgen.options import Options
 
         check_folder(out)
         options = Options(
@@ -178,7 +179,7 @@ def inspect(
         from heartgen.anatomy import analyse
         from heartgen.cli.tables import console, show_anatomy, show_image
         from heartgen.formats import replacing
-        from heartgen.pipeline import Options
+        from heartgen.options import Options
         from heartgen.viewing import draw_slices
 
         check_picture(picture)
@@ -203,7 +204,7 @@ def demo(
     """Mesh a sample heart, and make a page that shows the result."""
     with told(debug):
         from heartgen import samples
-        from heartgen.pipeline import Options
+        from heartgen.options import Options
         from heartgen.viewing import view_html
 
         check_folder(out)

@@ -1,0 +1,72 @@
+"""What the user may choose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from heartgen.errors import InputError
+
+QUALITY_LIMITS = (0.01, 100.0)
+"""Range of the quality dial."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the user may choose.
+
+    Attributes
+    ----------
+    lod : int
+        Level of detail: 1, coarse and most stable, to 5, most accurate.
+    elements : (int, int, int) or None
+        Elements (radial, circumferential, longitudinal); None for 1x12x6 for a left ventricle and
+        2x12x8 for both.
+    ventricles : {"auto", "lv", "biv"}
+        What the mask shows: found out, a left ventricle alone, or both.
+    refine : bool
+        Refine the mesh after the paper's four steps.
+    quality : float
+        Weight of element quality against accuracy in the refinement, relative to the level's own.
+    truncate : float or {"auto", "off"}
+        Truncation below the basal plane, mm; ``"auto"`` where valve anatomy is present.
+    enhance : bool
+        Straighten the mesh across the wall after warping.
+    depth : {"graded", "linear"}
+        Parametrisation across the wall: graded for even elements, or proportional.
+    """
+
+    lod: int = 1
+    elements: tuple[int, int, int] | None = None
+    ventricles: Literal["auto", "lv", "biv"] = "auto"
+    refine: bool = True
+    quality: float = 1.0
+    truncate: float | Literal["auto", "off"] = "auto"
+    enhance: bool = True
+    depth: Literal["graded", "linear"] = "graded"
+
+    def __post_init__(self) -> None:
+        if self.lod not in range(1, 6):
+            raise InputError(f"level of detail {self.lod} does not exist: choose 1 to 5")
+        if self.elements is not None and (
+            len(self.elements) != 3 or any(int(n) != n or n < 1 for n in self.elements)
+        ):
+            raise InputError(
+                f"elements {self.elements} are not three positive numbers: give radial, "
+                "circumferential and longitudinal, for example 1x12x6"
+            )
+        if self.ventricles not in ("auto", "lv", "biv"):
+            raise InputError(
+                f"ventricles {self.ventricles!r} are not known: choose auto, lv or biv"
+            )
+        if not QUALITY_LIMITS[0] <= self.quality <= QUALITY_LIMITS[1]:
+            raise InputError(
+                f"quality {self.quality} is out of range: choose {QUALITY_LIMITS[0]:g} to "
+                f"{QUALITY_LIMITS[1]:g}, where 1 is the level's own"
+            )
+        if isinstance(self.truncate, str) and self.truncate not in ("auto", "off"):
+            raise InputError(
+                f"truncation {self.truncate!r} is not known: give a distance in mm, auto or off"
+            )
+        if self.depth not in ("graded", "linear"):
+            raise InputError(f"depth {self.depth!r} is not known: choose graded or linear")
