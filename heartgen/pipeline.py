@@ -46,10 +46,10 @@ BIV_ELEMENTS = (2, 12, 8)
 """Default elements (radial, circumferential, longitudinal)."""
 
 FIRMER = 10.0
-"""Factor by which an element that is not proven valid gains weight when the refinement goes on."""
+"""Factor by which an element that is not proven valid becomes firmer as the refinement goes on."""
 
-FIRMER_ROUNDS = 4
-"""Rounds in which elements may gain weight."""
+FIRMER_ROUNDS = 6
+"""Rounds in which elements may become firmer."""
 
 ML = 1000.0
 """mm^3 in a millilitre."""
@@ -282,19 +282,19 @@ def _deepest_valid(
 def _refined(
     mesh: HexMesh, anatomy: Anatomy, options: Options, done: Callable[[float], None]
 ) -> tuple[HexMesh, int]:
-    """Refined mesh, and how many elements had to gain weight to become valid."""
-    emphasis = np.ones(mesh.n_elements)
+    """Refined mesh, and how many elements had to become firmer to be valid."""
+    firmness = np.ones(mesh.n_elements)
     if not options.refine:
         return mesh, 0
     patient = patient_of(anatomy)
     weights = weights_for(options.lod, options.quality, anatomy.rv is not None)
     for _ in range(FIRMER_ROUNDS):
-        mesh = refine(mesh, patient, weights, emphasis=emphasis, progress=done)
+        mesh = refine(mesh, patient, weights, firmness=firmness, progress=done)
         valid = certify(mesh).valid
         if valid.all():
             break
-        emphasis[~valid] *= FIRMER
-    return mesh, int(np.sum(emphasis > 1))
+        firmness[~valid] *= FIRMER
+    return mesh, int(np.sum(firmness > 1))
 
 
 def _fallen_back(lod: int, level: int) -> tuple[Finding, ...]:

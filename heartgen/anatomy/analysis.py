@@ -121,7 +121,6 @@ def analyse(mask: Mask, truncate: float | str = "auto", ventricles: str = "auto"
         [mask.to_world(cavity.opening.astype(float)) for cavity in pools],
         [_centres(mask, wall & (nearest == n)) for n in range(len(levels))],
         _centres(mask, pools.left.pool),
-        mask.to_world(pools.crest.astype(float)),
         solid,
         voxel,
         truncate,

@@ -78,7 +78,6 @@ def find_base(
     openings: Sequence[NDArray[np.float64]],
     walls: Sequence[NDArray[np.float64]],
     pool: NDArray[np.float64],
-    crest: NDArray[np.float64],
     solid: LevelSet,
     voxel: float,
     truncate: float | str,
@@ -93,8 +92,6 @@ def find_base(
         Centres of the myocardium's voxels around each ventricle's pool.
     pool : (p, 3) float64
         Centres of the left ventricle's pool's voxels.
-    crest : (c, 3) float64
-        Places where two pools touch over the septum, which no default truncation leaves below it.
     solid : LevelSet
         Myocardium and pools together.
     voxel : float
@@ -127,8 +124,6 @@ def find_base(
     if truncate == "off" or (truncate == "auto" and not valves):
         return Base(plane, None, irregularity)
     lowest = -float(np.percentile(plane.height(centres), LOW_RIM))
-    if len(crest):
-        lowest = max(lowest, -float(plane.height(crest).min()))
     distance = (
         max(DEFAULT_TRUNCATION * length, lowest + voxel) if truncate == "auto" else float(truncate)
     )

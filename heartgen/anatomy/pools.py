@@ -44,8 +44,6 @@ CREST_LEVELS = np.linspace(0.025, 0.4, 16)
 """Depths below the opening, over the length of the pool, at which the crest of the septum is looked
 for: two pools may be joined over it."""
 
-_NOWHERE = np.empty((0, 3), dtype=np.intp)
-
 NECK = 0.4
 """Inner radius over the largest pool's below which a passage joins two pools..."""
 
@@ -62,13 +60,10 @@ class Pools:
     left : Cavity
     right : Cavity or None
         None if the mask shows a left ventricle alone.
-    crest : (n, 3) int
-        Voxels of the left pool that touch the right one where both are one above the septum.
     """
 
     left: Cavity
     right: Cavity | None
-    crest: NDArray[np.intp]
 
     def __iter__(self) -> Iterator[Cavity]:
         """The left pool, then the right one if there is one."""
@@ -134,14 +129,14 @@ def find_pools(
                 "two blood pools found where a left ventricle has one: the mask is biventricular; "
                 "analyse both ventricles, or give a mask of the left ventricle alone"
             )
-        return _both(space, joined or seeds, bool(joined))
+        return _both(space, joined or seeds)
     if ventricles == "biv":
         raise AnatomyError(
             "one blood pool found where a biventricular heart has two: the mask shows a left "
             "ventricle alone, or a right ventricle that is not enclosed by its wall"
         )
     _refuse_tube(single)
-    return Pools(single, None, _NOWHERE)
+    return Pools(single, None)
 
 
 def _separate(space: Space) -> list[NDArray[np.bool_]]:
@@ -195,7 +190,7 @@ def _large(space: Space, core: NDArray[np.bool_], least: float) -> list[NDArray[
     return [parts == n + 1 for n in np.flatnonzero(enough)]
 
 
-def _both(space: Space, seeds: list[NDArray[np.bool_]], joined: bool) -> Pools:
+def _both(space: Space, seeds: list[NDArray[np.bool_]]) -> Pools:
     """Cavities of the two ventricles; the left one has the thicker wall."""
     away = [inner_distance(~seed, space.spacing) for seed in seeds]
     nearer = away[0] <= away[1]
@@ -206,8 +201,7 @@ def _both(space: Space, seeds: list[NDArray[np.bool_]], joined: bool) -> Pools:
     }
     left, right = found["left"], found["right"]
     _refuse_tube(left)
-    touching = left.pool & ndi.binary_dilation(right.pool)
-    return Pools(left, right, np.argwhere(touching) if joined else _NOWHERE)
+    return Pools(left, right)
 
 
 def _thicker_first(

@@ -88,7 +88,7 @@ def refine(
     patient: Patient,
     weights: Weights,
     steps: int = STEPS,
-    emphasis: NDArray[np.float64] | None = None,
+    firmness: NDArray[np.float64] | None = None,
     progress: Callable[[float], None] = lambda done: None,
 ) -> HexMesh:
     """Optimise a mesh for accuracy and quality.
@@ -101,8 +101,8 @@ def refine(
     weights : Weights
     steps : int
         Gauss-Newton steps.
-    emphasis : (e,) float64, optional
-        Factor of each element's share in the quality terms.
+    firmness : (e,) float64, optional
+        1 for every element; more for those that are to be held straight and fitted less closely.
     progress : callable
         Called with the share of the work done; may raise to cancel.
 
@@ -113,7 +113,9 @@ def refine(
     """
     freedom = Freedom(mesh.topology)
     faces = FaceFreedom(freedom, mesh.topology)
-    elements = Elements(freedom, mesh.topology, emphasis)
+    firmness = np.ones(mesh.n_elements) if firmness is None else firmness
+    elements = Elements(freedom, mesh.topology, firmness)
+    trust = 1 / _around(freedom, firmness)[faces.faces[:, 0]]
     assembler = Assembler([freedom.dofs, faces.dofs], freedom.n)
     per_square = 1 / (SCALE * patient.voxel) ** 2
 
@@ -123,26 +125,29 @@ def refine(
     q = mesh.dofs[freedom.free]
     for step in range(steps):
         progress(step / steps)
-        outward = to_patient(shape(q), faces, patient, weights.base)
-        inward = from_patient(shape(q), faces, patient)
+        outward = to_patient(shape(q), faces, patient, weights.base).trusted(trust)
+        inward = from_patient(shape(q), faces, patient).trusted(trust)
         state = elements.state(q)
         blocks = [
-            elements.blocks(state, weights.spread, weights.shear, weights.bending),
+            elements.blocks(q, state, weights.spread, weights.shear, weights.bending),
             distance_blocks(faces, [outward, inward], per_square),
         ]
         direction = assembler.solve(blocks)
         unfolding = bool(state.lift.any())
+        stiff = weights.bending * elements.stiff(state)
 
         def energy(
             q: NDArray[np.float64],
             back: NDArray[np.float64],
             unfolding: bool = unfolding,
             weight: NDArray[np.float64] = inward.weight,
+            stiff: NDArray[np.float64] = stiff,
         ) -> float:
             candidate = elements.state(q, unfolding)
-            distances = to_patient(shape(q), faces, patient, weights.base).mean_square
+            out = to_patient(shape(q), faces, patient, weights.base).trusted(trust)
             return (
-                per_square * (distances + float(weight @ back**2))
+                per_square * (out.mean_square + float(weight @ back**2))
+                + elements.bent(q, stiff)
                 + weights.spread * elements.spread(candidate)
                 + weights.shear * elements.shear(candidate)
             )
@@ -155,3 +160,11 @@ def refine(
                 return shape(q)
         q = q + length * direction
     return shape(q)
+
+
+def _around(freedom: Freedom, firmness: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Greatest firmness (e,) among each element and those it shares degrees of freedom with."""
+    of_dof = np.zeros(freedom.n + 1)
+    np.maximum.at(of_dof, freedom.dofs, firmness[:, None])
+    of_dof[-1] = 0
+    return np.asarray(of_dof[freedom.dofs].max(1))

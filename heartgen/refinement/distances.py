@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numba as nb
 import numpy as np
@@ -56,6 +56,14 @@ class Distances:
     def mean_square(self) -> float:
         """Weighted mean squared distance, mm^2 (the weights have sum 1, or more at the base)."""
         return float(self.weight @ self.value**2)
+
+    def trusted(self, trust: NDArray[np.float64]) -> Distances:
+        """Return the same with the weights multiplied by a factor (f,) for each face."""
+        return replace(self, weight=self.weight * trust[self.face])
+
+    def scaled(self, trust: NDArray[np.float64]) -> Distances:
+        """Return the distances with weights multiplied by a factor (f,) for each face."""
+        return replace(self, weight=self.weight * trust[self.face])
 
 
 def to_patient(

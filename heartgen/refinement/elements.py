@@ -18,6 +18,12 @@ Array = NDArray[np.float64]
 GUARD_WEIGHT = 0.1
 """Weight of the corners and edges of the elements against their inside: where folds begin."""
 
+GUARDS = 3
+"""Guard points along an edge of an element..."""
+
+CLOSE_GUARDS = 5
+"""...and in a mesh that folded between them."""
+
 PAIRS = ((0, 1), (1, 2), (2, 0))
 
 FOLDED = 1e-3
@@ -67,16 +73,16 @@ class State:
 class Elements:
     """Quality terms of a topology as functions of its free degrees of freedom.
 
-    Elements may be given more than their share of the mean by an emphasis (e,).
+    Elements of a firmness (e,) above 1, because they folded between the guard points, are held
+    straight; the guard points of all then stand closer.
     """
 
-    def __init__(
-        self, freedom: Freedom, topology: Topology, emphasis: NDArray[np.float64] | None = None
-    ) -> None:
+    def __init__(self, freedom: Freedom, topology: Topology, firmness: NDArray[np.float64]) -> None:
         e = topology.n_elements
         self.freedom = freedom
-        self.share = (np.ones(e) if emphasis is None else emphasis) / e
-        xi, weights = _points()
+        self.share = np.full(e, 1 / e)
+        self.stiffness = (firmness - 1) / e
+        xi, weights = _points(CLOSE_GUARDS if self.stiffness.any() else GUARDS)
         self.slopes = [freedom.functions(xi, _unit(d)) for d in range(3)]
         inner, self.inner_weights = gauss_cube((SHEAR_GAUSS,) * 3)
         self.inner_slopes = [freedom.functions(inner, _unit(d)) for d in range(3)]
@@ -86,9 +92,13 @@ class Elements:
         self.use[np.ix_(topology.collapsed[:, 0], at_pole)] = 0
         self.use /= self.use.sum(1, keepdims=True)
 
+    def _local(self, q: NDArray[np.float64]) -> Array:
+        """Degrees of freedom of each element (e, m, 3) from the free ones (n, 3)."""
+        return np.asarray(np.concatenate([q, np.zeros((1, 3))])[self.freedom.dofs])
+
     def _jacobian(self, q: NDArray[np.float64], slopes: list[NDArray[np.float64]]) -> Array:
         """Jacobians (e, q, 3, 3) for free degrees of freedom (n, 3)."""
-        local = np.concatenate([q, np.zeros((1, 3))])[self.freedom.dofs]
+        local = self._local(q)
         return np.stack([np.matmul(s, local) for s in slopes], -1)
 
     def state(self, q: NDArray[np.float64], unfolding: bool | None = None) -> State:
@@ -116,8 +126,26 @@ class Elements:
         cosines = [np.sum(unit[..., a] * unit[..., b], axis=-1) for a, b in PAIRS]
         return float(sum(self.share @ (c**2 @ self.inner_weights) for c in cosines))
 
-    def blocks(self, state: State, spread: float, shear: float, bending: float) -> Blocks:
-        """Gauss-Newton blocks of the weighted terms; bending is that of the step to come."""
+    def stiff(self, state: State) -> NDArray[np.float64]:
+        """Quadratic form (e, m, m) that holds elements straight: their bending by firmness."""
+        if not self.stiffness.any():
+            return np.zeros((1, 1, 1))
+        return self.stiffness[:, None, None] * self._bending(_directions(state.inner)[1])
+
+    def bent(self, q: NDArray[np.float64], stiff: NDArray[np.float64]) -> float:
+        """Value of such a form."""
+        if not stiff.any():
+            return 0.0
+        local = self._local(q)
+        return float(np.sum(local * np.matmul(stiff, local)))
+
+    def blocks(
+        self, q: NDArray[np.float64], state: State, spread: float, shear: float, bending: float
+    ) -> Blocks:
+        """Gauss-Newton blocks of the weighted terms.
+
+        Bending is that of the step to come, and in firm elements that of the whole.
+        """
         e, m = self.freedom.dofs.shape
         root = np.sqrt(self.use * self.share[:, None])[..., None]
         rows, values = [], []
@@ -139,11 +167,15 @@ class Elements:
         stacked, value = np.concatenate(rows, axis=1), np.concatenate(values, axis=1)
         across = stacked.transpose(0, 2, 1)
         matrix = np.matmul(across, stacked)
+        gradient = np.matmul(across, value[..., None])[..., 0]
         view = matrix.reshape(e, m, 3, m, 3)
-        bent = bending / e * self._bending(length)
+        stiff = bending * self.stiff(state)
+        bent = bending / e * self._bending(length) + stiff
         for x in range(3):
             view[:, :, x, :, x] += bent
-        return Blocks(self.freedom.dofs, matrix, np.matmul(across, value[..., None])[..., 0])
+        if stiff.any():
+            gradient += np.matmul(stiff, self._local(q)).reshape(e, -1)
+        return Blocks(self.freedom.dofs, matrix, gradient)
 
     def _log_det_rows(self, state: State) -> NDArray[np.float64]:
         """Derivative of log det J by the local degrees of freedom, (e, q, 3 m)."""
@@ -167,12 +199,12 @@ class Elements:
         return np.asarray(sum(squares))
 
 
-def _points() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Gauss points, and with little weight the corners, edges and faces' middles of an element."""
+def _points(guards: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Gauss points, and with little weight a grid of guard points on an element's faces."""
     inner, weights = gauss_cube((QUALITY_GAUSS,) * 3)
-    t = np.array([0.0, 0.5, 1.0])
+    t = np.linspace(0, 1, guards)
     guard = np.stack(np.meshgrid(t, t, t, indexing="ij"), -1).reshape(-1, 3)
-    guard = guard[np.any(guard != t[1], axis=1)]
+    guard = guard[np.any((guard == 0) | (guard == 1), axis=1)]
     extra = np.full(len(guard), GUARD_WEIGHT / len(guard))
     return np.concatenate([inner, guard]), np.concatenate([(1 - GUARD_WEIGHT) * weights, extra])
 

@@ -204,7 +204,7 @@ def test_ventricles_can_be_demanded() -> None:
         analyse(left, ventricles="rv")
 
 
-def test_base_with_valves_is_truncated_below_the_crest_of_the_septum(shared_data: Path) -> None:
+def test_base_with_valves_is_truncated_and_measures_like_the_plain_one(shared_data: Path) -> None:
     found = analyse(read_mask(shared_data / "biv" / "bivme_patient1_f00_valves.nii.gz"))
     plain = analyse(read_mask(shared_data / "biv_cycle" / "bivme_patient1_f00.nii.gz"))
     assert found.base.truncation is not None
