@@ -1,8 +1,9 @@
 """Mesh convergence: error against the number of elements; and quality against Gauss points.
 
 usage: python -m benchmarks.convergence elements [MASK...] [--spacings 1.0,0.5] [--quality 0.01]
-                                                 [--lod 5] [--jobs N] [--output FILE.jsonl]
-       python -m benchmarks.convergence gauss [MASK...] [--lod 3] [--jobs N] [--output FILE.jsonl]
+       python -m benchmarks.convergence gauss [MASK...]
+each with [--phantoms cup,lifelike,biv] [--lod K] [--jobs N] [--output FILE.jsonl]; by default LoD 5
+for the elements and LoD 3 for the Gauss points.
 
 elements: the smooth phantoms, whose true surface is known, and masks if any are given, are fitted
 with more and more elements. The quality dial is low, so that the fit and not the quality weight
@@ -19,7 +20,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -36,13 +36,16 @@ from heartgen.mesh.surfaces import sample_faces
 PHANTOMS = {"cup": samples.ideal_cup, "lifelike": samples.lifelike_lv, "biv": samples.biv}
 
 ELEMENTS = {
-    1: ("1x8x4", "1x12x6", "1x16x8", "1x24x12"),
-    2: ("2x9x6", "2x12x8", "2x18x12", "2x24x16"),
+    1: ("1x4x2", "1x6x3", "1x8x4", "1x12x6", "1x16x8", "1x24x12"),
+    2: ("2x6x4", "2x9x6", "2x12x8", "2x18x12", "2x24x16"),
 }
 """By number of ventricles; each refines the directions in the surface alike."""
 
 SIDES = ("lv_endo", "rv_endo", "epi")
 """Side surfaces of the mesh and of the truth."""
+
+FIGURES = ("truth", "error")
+"""Errors whose order is shown."""
 
 SAMPLES = 8
 """Samples per face and direction."""
@@ -57,6 +60,7 @@ def main() -> None:
     )
     parser.add_argument("what", choices=("elements", "gauss"))
     parser.add_argument("masks", type=Path, nargs="*")
+    parser.add_argument("--phantoms", default=",".join(PHANTOMS))
     parser.add_argument("--spacings", default="1.0,0.5")
     parser.add_argument("--quality", type=float, default=0.01)
     parser.add_argument("--lod", type=int)
@@ -64,15 +68,16 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=Path("benchmarks/results/convergence.jsonl"))
     a = parser.parse_args()
     masks = [{"mask": str(p)} for p in masks_of(a.masks)]
+    phantoms = list(filter(None, a.phantoms.split(",")))
     if a.what == "gauss":
-        hearts = [{"phantom": name, "spacing": 1.0} for name in PHANTOMS]
+        hearts = [{"phantom": name, "spacing": 1.0} for name in phantoms]
         common = {"what": a.what, "lod": a.lod or 3}
         print(
             gauss_table(resume(a.output, [common | h for h in hearts + masks], by_points, a.jobs))
         )
         return
     spacings = [float(s) for s in a.spacings.split(",")]
-    hearts = [{"phantom": name, "spacing": s} for name in PHANTOMS for s in spacings]
+    hearts = [{"phantom": name, "spacing": s} for name in phantoms for s in spacings]
     common = {"what": a.what, "lod": a.lod or 5, "quality": a.quality}
     jobs = [common | h for h in hearts + masks]
     print(elements_table(resume(a.output, jobs, by_elements, a.jobs)))
@@ -84,21 +89,24 @@ def by_elements(job: Row) -> list[Row]:
     try:
         first = heartgen.personalize(mask, lod=1, refine=False)
     except HeartgenError as error:
-        return [{"case": mask.name, "failure": str(error)}]
+        return [{"case": mask.name, "elements": "", "failure": str(error)}]
     rows = []
     for elements in ELEMENTS[1 if first.anatomy.rv is None else 2]:
-        result = heartgen.personalize(
-            mask, lod=job["lod"], elements=elements_of(elements), quality=job["quality"]
-        )
-        accuracy, quality = result.report.accuracy, result.report.quality
+        row: Row = {"case": mask.name, "elements": elements}
+        try:
+            result = heartgen.personalize(
+                mask, lod=job["lod"], elements=elements_of(elements), quality=job["quality"]
+            )
+        except HeartgenError as error:
+            rows.append(row | {"failure": str(error)})
+            continue
         rows.append(
-            {
-                "case": mask.name,
-                "elements": elements,
+            row
+            | {
                 "truth": None if truth is None else against_truth(result.mesh, truth),
-                "error": accuracy.mean,
-                "quality": quality.mean,
-                "valid": quality.valid,
+                "error": result.report.accuracy.mean,
+                "quality": result.report.quality.mean,
+                "valid": result.report.quality.valid,
             }
         )
     return rows
@@ -146,19 +154,16 @@ def elements_table(rows: Sequence[Row]) -> str:
     """Errors and observed orders."""
     heads = ["heart", "elements", "to the truth (mm)", "order", "to the mask (mm)", "order"]
     lines = []
-    for case in dict.fromkeys(r["case"] for r in rows):
-        group = [r for r in rows if r["case"] == case]
-        if "failure" in group[0]:
-            lines.append([case, group[0]["failure"], *[""] * 6])
+    before: Row = {"case": None}
+    for r in rows:
+        if "failure" in r:
+            lines.append([r["case"], r["elements"], r["failure"], *[""] * 5])
             continue
-        orders = [
-            [""] * 2,
-            *([order(a, b, f) for f in ("truth", "error")] for a, b in pairwise(group)),
-        ]
-        for r, (to_truth, to_mask) in zip(group, orders, strict=True):
-            truth = "" if r["truth"] is None else f"{r['truth']:.4f}"
-            figures = [truth, to_truth, f"{r['error']:.4f}", to_mask, r["quality"], r["valid"]]
-            lines.append([case, r["elements"], *figures])
+        orders = [order(before, r, f) if before["case"] == r["case"] else "" for f in FIGURES]
+        truth = "" if r["truth"] is None else f"{r['truth']:.4f}"
+        figures = [truth, orders[0], f"{r['error']:.4f}", orders[1], r["quality"], r["valid"]]
+        lines.append([r["case"], r["elements"], *figures])
+        before = r
     return table([*heads, "Q", "valid"], lines)
 
 

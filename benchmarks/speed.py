@@ -34,7 +34,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.peers import PEERS
-from benchmarks.rows import ONE_THREAD, Row, masks_of, resume, table
+from benchmarks.rows import ONE_THREAD, Row, case_of, masks_of, resume, table
 from heartgen.pipeline import STEPS
 
 THREADS = (*ONE_THREAD, "ITK_GLOBAL_DEFAULT_NUMBER_OF_THREADS")
@@ -104,28 +104,38 @@ def apart(job: Row) -> list[Row]:
 
 
 def peers_table(rows: Sequence[Row]) -> str:
-    """Time, its ratio to that of our first level on the same mask, and overlap."""
-    heads = ["mask", "voxels", "tool", "s", "ratio", "and analysis", "Dice"]
-    heads += ["least volume change", "folded"]
+    """Time, how many times that of each of our levels on the same mask, and overlap."""
+    ours = list(dict.fromkeys(r["job"]["tool"] for r in rows if r["job"]["tool"].startswith(OURS)))
+    heads = ["mask", "voxels", "tool", "s", *(f"x {name}" for name in ours), "and analysis"]
+    heads += ["Dice", "least volume change", "folded"]
+    seconds = {(r["job"]["mask"], r["job"]["tool"]): r.get("seconds") for r in rows}
     lines = []
-    first: dict[str, float] = {}
     for r in rows:
         mask, tool = r["job"]["mask"], r["job"]["tool"]
-        name = Path(mask).name.split(".")[0]
+        start = [case_of(Path(mask)), r.get("voxels", ""), tool]
         if "failure" in r:
-            lines.append([name, "", tool, r["failure"], *[""] * 5])
+            lines.append([*start, r["failure"], *[""] * (len(heads) - len(start) - 1)])
             continue
-        ours = first.setdefault(mask, r["seconds"])
+        ratios = [
+            f"{r['seconds'] / other:.1f}" if (other := seconds.get((mask, name))) else ""
+            for name in ours
+        ]
         analysis = f"{r['seconds'] + r['analysis']:.2f}" if "analysis" in r else ""
-        seconds, ratio = f"{r['seconds']:.2f}", f"{r['seconds'] / ours:.1f}"
         ends = [f"{r['dice']:.4f}", f"{r['least_volume']:.2f}", f"{r['folded']:.2%}"]
-        lines.append([name, r["voxels"], tool, seconds, ratio, analysis, *ends])
+        lines.append([*start, f"{r['seconds']:.2f}", *ratios, analysis, *ends])
     return table(heads, lines)
 
 
 def cost_table(rows: Sequence[Row], by: str) -> str:
     """Time of each step and peak memory."""
-    heads = [by, "elements", "voxels", *STEPS, "whole (s)", "memory (MB)"]
+    heads = [
+        "image" if by == "size" else "shape",
+        "elements",
+        "voxels",
+        *STEPS,
+        "whole (s)",
+        "memory (MB)",
+    ]
     lines = []
     for r in rows:
         if "failure" in r:

@@ -62,7 +62,7 @@ def main() -> None:
 def against_peers(job: Row) -> Row:
     """Time and overlap of one tool on one mask."""
     mask = heartgen.read_mask(job["mask"])
-    analyse(samples.lifelike_lv(COARSE).mask)
+    analyse(samples.biv(COARSE).mask)
     analysis, anatomy = timed(lambda: analyse(mask), job["repeats"])
     template = template_of(anatomy)
     surface = triangles(template)
