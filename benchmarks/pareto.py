@@ -113,7 +113,7 @@ def report(rows: Sequence[Row]) -> str:
 def side_by_side(rows: Sequence[Row]) -> str:
     """Median and worst figures of both pipelines."""
     heads = ["set", "LoD", "pipeline", "cases", "error median", "error worst", "Q median"]
-    heads += ["Q worst", "scaled median", "scaled worst", "valid", "s median"]
+    heads += ["Q worst", "scaled median", "scaled worst", "valid"]
     sets = sorted({r["set"] for r in rows})
     groups = [(s, [r for r in rows if r["set"] == s]) for s in sets]
     if len(sets) > 1:
@@ -125,10 +125,7 @@ def side_by_side(rows: Sequence[Row]) -> str:
             e, q, j = (column(r, n) for n in ("shown", "quality", "scaled"))
             spread = [np.median(e), e.max(), np.median(q), q.min(), np.median(j), j.min()]
             valid = sum(x["valid"] for x in r)
-            seconds = f"{np.median(column(r, 'seconds')):.1f}"
-            lines.append(
-                [name, lod, pipeline, len(r), *map(float, spread), f"{valid} of {len(r)}", seconds]
-            )
+            lines.append([name, lod, pipeline, len(r), *map(float, spread), f"{valid} of {len(r)}"])
     return table(heads, lines)
 
 
@@ -219,7 +216,13 @@ def draw(rows: Sequence[Row], path: Path, title: str) -> None:
             bars = [[e[1] - e[0]], [e[2] - e[1]]], [[q[1] - q[0]], [q[2] - q[1]]]
             axes.errorbar(e[1], q[1], xerr=bars[0], yerr=bars[1], color=colour, capsize=3, zorder=3)
             axes.annotate(
-                str(lod), (e[1], q[1]), xytext=(6, 6), textcoords="offset points", color=colour
+                str(lod),
+                (e[1], q[1]),
+                xytext=(-8, 8),
+                textcoords="offset points",
+                ha="right",
+                color=colour,
+                weight="bold",
             )
             middle.append((e[1], q[1]))
         if middle:
@@ -241,7 +244,6 @@ def draw(rows: Sequence[Row], path: Path, title: str) -> None:
     axes.set_xlabel(f"mean distance from the mask's surface to the mesh ({unit})")
     axes.set_ylabel("mean Jacobian ratio Q")
     axes.set_title(f"{cases} hearts, {title}, levels of detail 1 to 5: medians and quartiles")
-    axes.set_xlim(left=0)
     axes.legend()
     axes.grid(alpha=0.2)
     figure.savefig(path, dpi=DOTS)
