@@ -36,8 +36,8 @@ format: $(READY) ## put the code in its agreed form
 
 lock: $(READY) ## bring requirements.lock up to date with pyproject.toml
 	UV_CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/uv pip compile pyproject.toml --quiet \
-	    --universal --python-version 3.11 --fork-strategy fewest --all-extras --generate-hashes \
-	    --output-file requirements.lock
+	    --universal --python-version 3.11 --fork-strategy fewest --generate-hashes \
+	    --extra dicom --extra plot --extra dev --output-file requirements.lock
 
 clean: ## remove the environment and everything that was made
 	rm -rf $(VENV) build dist out .coverage .hypothesis .import_linter_cache .mypy_cache \
