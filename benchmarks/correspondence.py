@@ -6,7 +6,8 @@ usage: python -m benchmarks.correspondence FOLDER_OR_MASK... [--lod 3] [--elemen
 A material point is a place in an element (its xi), the same in every mesh of a topology. Landmarks
 are material points: the poles of endo- and epicardium, the insertion line of the right ventricle,
 the rims of the base, and the borders of the AHA segments, put at thirds of the longitudinal and
-sixths (apical third: quarters) of the circumferential coordinate on endo- and epicardium. For each,
+sixths (apical third: quarters) of the circumferential coordinate on endo- and epicardium of the
+left ventricle (over the right one the epicardium has none). For each,
 x is its place in the mesh before the refinement (warped and enhanced), y that in the refined one:
 
 - move = |y - x|, mm: all of it, also the part that is the fit itself, since the surface was beside
@@ -118,12 +119,19 @@ def landmarks(mesh: HexMesh) -> dict[str, tuple[str, Place]]:
         out[f"apex, {side}"] = (surface, locate(mesh, depth, pole))
         rings = [np.c_[circle, np.full_like(circle, level)] for level in THIRDS]
         lines = list(_meridians(along))
-        out[f"AHA borders, {side}"] = (surface, locate(mesh, depth, np.concatenate(rings + lines)))
+        borders = locate(mesh, depth, np.concatenate(rings + lines))
+        out[f"AHA borders, {side}"] = (surface, _of_left(mesh, borders))
         rim = np.c_[circle, np.ones_like(circle)]
-        out[f"rim of the base, {side}"] = (surface, locate(mesh, depth, rim))
+        out[f"rim of the base, {side}"] = (surface, _of_left(mesh, locate(mesh, depth, rim)))
     if "rv_septum" in mesh.topology.patches:
         out["insertion line"] = ("rv_septum", insertion_line(mesh))
     return out
+
+
+def _of_left(mesh: HexMesh, place: Place) -> Place:
+    """The material points that do not belong to the right ventricle."""
+    kept = ~np.isin(place[0], mesh.topology.parts.get("right ventricle", []))
+    return place[0][kept], place[1][kept]
 
 
 def _meridians(along: int) -> Iterator[NDArray[np.float64]]:

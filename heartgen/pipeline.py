@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from heartgen.anatomy import Anatomy, analyse
 from heartgen.assessment import assess_accuracy, assess_quality
@@ -44,6 +45,9 @@ STEPS = (
 LV_ELEMENTS = (1, 12, 6)
 BIV_ELEMENTS = (2, 12, 8)
 """Default elements (radial, circumferential, longitudinal)."""
+
+REFINED_PASSES = 2
+"""Registration passes before a refinement: it leaves nothing for finer ones to find."""
 
 FIRMER = 10.0
 """Factor by which an element that is not proven valid becomes firmer as the refinement goes on."""
@@ -186,8 +190,16 @@ def personalize_levels(
     HeartgenError
         With one sentence that says what is wrong, where, and what to do.
     """
-    levels = tuple(levels)
-    options = replace(options or Options(), **choices)
+    # Many small systems: one thread of the linear algebra library is fastest, and its sums do not
+    # depend on the number of cores.
+    with threadpool_limits(1, "blas"):
+        return _personalize(mask, tuple(levels), replace(options or Options(), **choices), progress)
+
+
+def _personalize(
+    mask: Mask, levels: tuple[int, ...], options: Options, progress: Progress
+) -> tuple[Personalization, ...]:
+    """The pipeline."""
     each = [replace(options, lod=lod) for lod in levels]
     clock = _Clock(progress)
     with clock.step("shape analysis"):
@@ -201,7 +213,7 @@ def personalize_levels(
             anatomy.frame,
             anatomy.voxel,
             anatomy.length,
-            max(levels),
+            min(max(levels), REFINED_PASSES) if options.refine else max(levels),
             done,
         )
     start = _Start(mask, anatomy, template, deformations)
@@ -243,7 +255,7 @@ def _finish(start: _Start, options: Options, clock: _Clock) -> Personalization:
         fold_bound=deformations[level - 1].least_determinant(),
         findings=start.mask.findings
         + anatomy.findings
-        + _fallen_back(options.lod, level)
+        + _fallen_back(len(deformations), level)
         + _made_firmer(firmer),
         seconds=clock.seconds,
     )
@@ -288,8 +300,9 @@ def _refined(
         return mesh, 0
     patient = patient_of(anatomy)
     weights = weights_for(options.lod, options.quality, anatomy.rv is not None)
+    anchor = mesh
     for _ in range(FIRMER_ROUNDS):
-        mesh = refine(mesh, patient, weights, firmness=firmness, progress=done)
+        mesh = refine(mesh, patient, weights, firmness=firmness, anchor=anchor, progress=done)
         valid = certify(mesh).valid
         if valid.all():
             break
@@ -297,11 +310,11 @@ def _refined(
     return mesh, int(np.sum(firmness > 1))
 
 
-def _fallen_back(lod: int, level: int) -> tuple[Finding, ...]:
+def _fallen_back(wanted: int, level: int) -> tuple[Finding, ...]:
     """Tell the user when a level of detail could not be had."""
-    if level == lod:
+    if level == wanted:
         return ()
-    message = f"level of detail {lod} folds an element: the mesh is that of level {level}"
+    message = f"level of detail {wanted} folds an element: the mesh is that of level {level}"
     return (Finding("level of detail", message),)
 
 

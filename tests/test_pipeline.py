@@ -16,7 +16,7 @@ from heartgen.errors import AnatomyError, Cancelled, InputError
 from heartgen.images import Mask
 from heartgen.mesh.jacobian import volume
 from heartgen.mesh.surfaces import sample_faces
-from heartgen.pipeline import STEPS, Personalization
+from heartgen.pipeline import REFINED_PASSES, STEPS, Personalization
 from heartgen.warping import warp
 
 COARSE = 2.0
@@ -150,11 +150,17 @@ def test_two_runs_agree_bit_for_bit(lifelike: samples.Sample, fitted: Personaliz
 
 
 def test_a_level_is_the_state_after_that_many_passes(lifelike: samples.Sample) -> None:
-    three = heartgen.personalize(lifelike.mask, lod=3)
-    two = heartgen.personalize(lifelike.mask, lod=2)
+    three = heartgen.personalize(lifelike.mask, lod=3, refine=False)
+    two = heartgen.personalize(lifelike.mask, lod=2, refine=False)
     assert len(three.deformations) == 3
     mesh = enhance(warp(three.template, three.deformations[1]))
-    assert np.array_equal(mesh.dofs, two.enhanced.dofs)
+    assert np.array_equal(mesh.dofs, two.mesh.dofs)
+
+
+def test_before_a_refinement_registration_stops_early(lifelike: samples.Sample) -> None:
+    five = heartgen.personalize(lifelike.mask, lod=5)
+    assert len(five.deformations) == REFINED_PASSES
+    assert not any(f.name == "level of detail" for f in five.report.findings)
 
 
 def test_several_levels_at_once_give_the_same_meshes(lifelike: samples.Sample) -> None:

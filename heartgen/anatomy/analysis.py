@@ -15,7 +15,7 @@ from heartgen.anatomy.right import RightVentricle, measure_right
 from heartgen.anatomy.sizes import heart_frame, wall_thickness
 from heartgen.anatomy.surfaces import LEAST_WALL, heights, mesh_surfaces, truncated_indicator
 from heartgen.errors import AnatomyError
-from heartgen.images.levelset import LevelSet, signed_distance
+from heartgen.images.levelset import LevelSet, signed_distances
 from heartgen.images.mask import Finding, Mask
 
 MARGIN = 6
@@ -129,8 +129,8 @@ def analyse(mask: Mask, truncate: float | str = "auto", ventricles: str = "auto"
         pools = pools.below(heights(solid, base.plane) < 0, mask.spacing)
         solid, levels = _levels(mask, pools)
         wall = mask.voxels & ~pools.blood
-    outside = LevelSet(-solid.values, solid.affine)
-    wall_points = _below(mask, wall, base)
+    wall &= heights(solid, base.plane) < 0
+    wall_points = _centres(mask, wall)
     pool_points = [_below(mask, cavity.pool, base) for cavity in pools]
     if min(len(points) for points in (wall_points, *pool_points)) < MIN_WALL_VOXELS:
         raise AnatomyError(
@@ -139,9 +139,10 @@ def analyse(mask: Mask, truncate: float | str = "auto", ventricles: str = "auto"
         )
     frame, radius = heart_frame(pool_points, base.plane)
     length = -float(base.plane.height(pool_points[0]).min())
-    typical, apex = wall_thickness(
-        wall_points, (levels[0], outside), levels[1:], base.plane, length, "wall"
-    )
+    distances = [level.values[wall] for level in levels]
+    outside = -solid.values[wall]
+    depth = -base.plane.height(wall_points) / length
+    typical, apex = wall_thickness((distances[0], outside), distances[1:], depth, "wall")
     surfaces, thickened = mesh_surfaces(
         dict(zip(POOL_SURFACES, levels, strict=False)), solid, base, voxel
     )
@@ -160,7 +161,9 @@ def analyse(mask: Mask, truncate: float | str = "auto", ventricles: str = "auto"
         findings=_findings(pools, base, voxel, thickened),
         rv=None
         if pools.right is None
-        else measure_right(wall_points, pool_points[1], [*levels, outside], frame, voxel),
+        else measure_right(
+            wall_points, [*distances, outside], pool_points[1], levels[1], frame, voxel
+        ),
     )
 
 
@@ -177,9 +180,8 @@ def _cropped(mask: Mask) -> Mask:
 def _levels(mask: Mask, pools: Pools) -> tuple[LevelSet, list[LevelSet]]:
     """Signed distances of wall and pools together, and of each pool."""
     solid = ndi.binary_fill_holes(mask.voxels | pools.blood)
-    return signed_distance(solid, mask.affine), [
-        signed_distance(cavity.pool, mask.affine) for cavity in pools
-    ]
+    first, *others = signed_distances([solid, *(cavity.pool for cavity in pools)], mask.affine)
+    return first, others
 
 
 def _below(mask: Mask, voxels: NDArray[np.bool_], base: Base) -> NDArray[np.float64]:

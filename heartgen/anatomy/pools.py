@@ -19,6 +19,7 @@ from heartgen.anatomy.cavity import (
     deepest_pocket,
     exposure,
     find_cavity,
+    greatest,
     without_channels,
 )
 from heartgen.anatomy.hull import convex_hull
@@ -145,11 +146,11 @@ def _separate(space: Space) -> list[NDArray[np.bool_]]:
     deepest = float(space.depth.max())
     least = core_radius(space, space.empty)
     rest = space.empty & ~found[0]
-    while rest.any() and (greatest := float(space.depth[rest].max())) > least:
+    while rest.any() and (radius := float(space.depth[rest].max())) > least:
         part = deepest_pocket(space, rest)
         rest &= ~part
         exposed = exposure(part.astype(np.int8), space.hull, np.array([1]))[0] >= EXPOSED
-        large = greatest > RIVAL * deepest or part.sum() > RIVAL_VOLUME * found[0].sum()
+        large = radius > RIVAL * deepest or part.sum() > RIVAL_VOLUME * found[0].sum()
         if large and not exposed:
             found.append(part)
     if len(found) > 2:
@@ -185,8 +186,7 @@ def _joined_over_crest(space: Space, single: Cavity) -> list[NDArray[np.bool_]]:
 def _large(space: Space, core: NDArray[np.bool_], least: float) -> list[NDArray[np.bool_]]:
     """Connected parts of a pool's core whose inner radius over the largest exceeds `least`."""
     parts, count = ndi.label(core, structure=CONNECTED)
-    greatest = np.atleast_1d(ndi.maximum(space.depth, parts, np.arange(1, count + 1)))
-    enough = greatest > least * space.depth.max()
+    enough = greatest(space.depth, parts, count) > least * space.depth.max()
     return [parts == n + 1 for n in np.flatnonzero(enough)]
 
 

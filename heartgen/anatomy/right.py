@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.anatomy.base import Plane
-from heartgen.anatomy.sizes import wall_thickness
+from heartgen.anatomy.sizes import Distances, wall_thickness
 from heartgen.errors import AnatomyError
 from heartgen.images.levelset import LevelSet
 
@@ -55,8 +55,9 @@ class RightVentricle:
 
 def measure_right(
     wall: NDArray[np.float64],
+    distances: Sequence[Distances],
     right_points: NDArray[np.float64],
-    levels: Sequence[LevelSet],
+    right: LevelSet,
     frame: NDArray[np.float64],
     voxel: float,
 ) -> RightVentricle:
@@ -66,10 +67,12 @@ def measure_right(
     ----------
     wall : (n, 3) float64
         Centres of the myocardium's voxels below the base, mm, world (LPS).
+    distances : sequence of three (n,) float32
+        Signed distances there of the left pool, of the right pool, and of the outside, mm.
     right_points : (m, 3) float64
-        The same of the right pool.
-    levels : sequence of three LevelSet
-        Signed distances of the left pool, of the right pool, and of the outside.
+        Centres of the right pool's voxels below the base, mm, world (LPS).
+    right : LevelSet
+        Signed distance of the right pool.
     frame : (4, 4) float64
         Heart to world, mm.
     voxel : float
@@ -84,13 +87,14 @@ def measure_right(
     AnatomyError
         If one of its walls is not there.
     """
-    left, right, outside = levels
+    of_left, of_right, outside = distances
     base = Plane(frame[:3, 3], frame[:3, 2])
     apex_level = float(base.height(right_points).min())
+    depth = base.height(wall) / apex_level
     free, _ = wall_thickness(
-        wall, (right, outside), [left], base, -apex_level, "free wall of the right ventricle"
+        (of_right, outside), [of_left], depth, "free wall of the right ventricle"
     )
-    septum, _ = wall_thickness(wall, (left, right), [outside], base, -apex_level, "septum")
+    septum, _ = wall_thickness((of_left, of_right), [outside], depth, "septum")
     reach = float(np.linalg.norm((right_points - frame[:3, 3]) @ frame[:3, :2], axis=1).max())
     radii = np.arange(0, reach + voxel, STEP * voxel)
     return RightVentricle(

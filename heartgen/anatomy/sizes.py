@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from heartgen.anatomy.base import Plane
 from heartgen.errors import AnatomyError
-from heartgen.images.levelset import LevelSet
+
+Distances = NDArray[np.floating]
 
 MID_WALL = (0.25, 0.75)
 """Heights over the length between which the wall thickness is measured."""
@@ -56,28 +57,20 @@ def heart_frame(
 
 
 def wall_thickness(
-    wall: NDArray[np.float64],
-    near: tuple[LevelSet, LevelSet],
-    far: Sequence[LevelSet],
-    plane: Plane,
-    length: float,
-    name: str,
+    near: tuple[Distances, Distances], far: Sequence[Distances], depth: Distances, name: str
 ) -> tuple[float, float]:
     """Thickness of a wall, the sum of the distances to its two surfaces: median, and at the apex.
 
     Parameters
     ----------
-    wall : (n, 3) float64
-        Centres of the myocardium's voxels, mm, world (LPS).
-    near : (LevelSet, LevelSet)
-        Signed distances of what lies on either side, positive in the wall.
-    far : sequence of LevelSet
+    near : two of (n,) float32
+        Signed distances, at the voxels of the myocardium, of what lies on either side of the wall,
+        positive in the wall, mm.
+    far : sequence of (n,) float32
         Signed distance of a third region, if there is one: only where it is farther than the wall
         is thick is the wall one between the first two.
-    plane : Plane
-        The base.
-    length : float
-        Of the ventricle, mm.
+    depth : (n,) float64
+        Depth of the voxels below the base over the length of the ventricle.
     name : str
         Of the wall, in messages.
 
@@ -91,16 +84,13 @@ def wall_thickness(
     AnatomyError
         If there is no such wall at mid-height.
     """
-    local = near[0].sample(wall)[0] + near[1].sample(wall)[0]
-    depth = -plane.height(wall) / length
-    for third in far:
-        own = third.sample(wall)[0] > local
-        local, depth = local[own], depth[own]
-    middle = (depth > MID_WALL[0]) & (depth < MID_WALL[1])
+    local = near[0] + near[1]
+    own = np.all([third > local for third in far], axis=0) if far else np.full(len(local), True)
+    middle = own & (depth > MID_WALL[0]) & (depth < MID_WALL[1])
     if not middle.any():
         raise AnatomyError(
             f"the {name} could not be measured: there is none at mid-height; check the mask there"
         )
-    below = local[depth > 1]
+    below = local[own & (depth > 1)]
     typical = float(np.median(local[middle]))
     return typical, float(np.median(below)) if len(below) else typical

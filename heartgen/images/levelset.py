@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numba as nb
@@ -23,12 +25,18 @@ exceeds it counts towards the distance."""
 TIE = 1e-9
 """Relative difference below which two squared distances count as equal."""
 
+CHUNK = 2048
+"""Points that one thread interpolates at a time..."""
+
+PARALLEL_FROM = 32768
+"""...where there are enough of them to pay for the threads."""
+
 SETTLING_ROUNDS = 2
 """Rounds in which each voxel tries the surface points of all 26 neighbours: the sweeps, which look
-at six, can miss the nearest one, and which they miss depends on the order of the axes."""
+at six, can miss the nearest one, and which they miss depends on the order of the axes..."""
 
-MAX_ROUNDS = 4
-"""Rounds of eight sweeps; two suffice in practice, the second finding nothing to change."""
+SETTLING_REACH = 10.0
+"""...as far from the surface as this, in voxels."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +74,9 @@ class LevelSet:
         inverse = np.linalg.inv(self.affine)
         index = np.ascontiguousarray(points @ inverse[:3, :3].T + inverse[:3, 3])
         inside = np.clip(index, 0, np.array(self.values.shape) - 1.0)
-        values, slope = _tricubic(self.values, inside)
+        values, slope = np.empty(len(inside)), np.empty((len(inside), 3))
+        interpolate = _tricubic if len(inside) < PARALLEL_FROM else _tricubic_in_chunks
+        interpolate(self.values, inside, values, slope)
         gradient = slope @ inverse[:3, :3]
         beyond = (index - inside) @ self.affine[:3, :3].T
         far = np.linalg.norm(beyond, axis=1)
@@ -93,15 +103,45 @@ def signed_distance(inside: NDArray[np.bool_], affine: NDArray[np.float64]) -> L
     -------
     LevelSet
     """
+    return signed_distances([inside], affine)[0]
+
+
+def signed_distances(
+    shapes: Sequence[NDArray[np.bool_]], affine: NDArray[np.float64]
+) -> list[LevelSet]:
+    """Signed distances to several shapes on the same grid; see `signed_distance`.
+
+    Parameters
+    ----------
+    shapes : sequence of (nx, ny, nz) bool
+    affine : (4, 4) float64
+        Voxel index to world, mm, LPS.
+
+    Returns
+    -------
+    list of LevelSet
+    """
+    metric = np.ascontiguousarray(affine[:3, :3])
+    voxel = float(np.min(np.linalg.norm(metric, axis=0)))
+    reach, near = PLANE_REACH * voxel, (SETTLING_REACH * voxel) ** 2
+    levels = []
+    # Sweeps are serial: one thread for each shape. What follows them is parallel in itself.
+    with ThreadPoolExecutor() as pool:
+        for smooth, seeds, normals, nearest in pool.map(lambda s: _propagated(s, affine), shapes):
+            for _ in range(SETTLING_ROUNDS):
+                nearest = _settle(nearest, seeds, normals, metric, near)
+            values = _distances(nearest, seeds, normals, metric, smooth > INSIDE, reach)
+            levels.append(LevelSet(values, affine))
+    return levels
+
+
+def _propagated(
+    inside: NDArray[np.bool_], affine: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.int32]]:
+    """Smoothed indicator, surface points, their normals, and which of them is each voxel's."""
     smooth = smooth_indicator(inside)
     seeds, normals, owner = _crossings(smooth, affine)
-    metric = np.ascontiguousarray(affine[:3, :3])
-    nearest = _sweep(owner, seeds, normals, metric)
-    for _ in range(SETTLING_ROUNDS):
-        nearest = _settle(nearest, seeds, normals, metric)
-    reach = PLANE_REACH * float(np.min(np.linalg.norm(metric, axis=0)))
-    values = _distances(nearest, seeds, normals, metric, smooth > INSIDE, reach)
-    return LevelSet(values, affine)
+    return smooth, seeds, normals, _sweep(owner, seeds, normals, affine[:3, :3].copy())
 
 
 def smooth_indicator(inside: NDArray[np.bool_]) -> NDArray[np.float64]:
@@ -111,7 +151,7 @@ def smooth_indicator(inside: NDArray[np.bool_]) -> NDArray[np.float64]:
 
 def _crossings(
     smooth: NDArray[np.float64], affine: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int32]]:
     """Surface points on grid edges (index), world normals, and each voxel's nearest one."""
     level = smooth - INSIDE
     points = []
@@ -129,7 +169,7 @@ def _crossings(
     )
     normals = -slope @ np.linalg.inv(affine[:3, :3])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    owner = np.full(smooth.shape, -1, dtype=np.int64)
+    owner = np.full(smooth.shape, -1, dtype=np.int32)
     _claim(owner, seeds, np.ascontiguousarray(affine[:3, :3]))
     return seeds, normals, owner
 
@@ -173,54 +213,50 @@ def _height(seed, normal, i, j, k, metric):  # type: ignore[no-untyped-def]
     return out
 
 
-@nb.njit(cache=True)
+@nb.njit(cache=True, nogil=True)
 def _sweep(owner, seeds, normals, metric):  # type: ignore[no-untyped-def]
-    """Propagate nearest surface points by directional sweeps (vector distance transform).
+    """Propagate nearest surface points by eight directional sweeps (vector distance transform).
 
     Among points at the same distance the one whose tangent plane is nearer wins, whatever the order
     of the axes.
     """
     nx, ny, nz = owner.shape
-    for _ in range(MAX_ROUNDS):
-        changed = False
-        for direction in range(8):
-            di = 1 if direction & 1 else -1
-            dj = 1 if direction & 2 else -1
-            dk = 1 if direction & 4 else -1
-            for ii in range(nx):
-                i = ii if di > 0 else nx - 1 - ii
-                for jj in range(ny):
-                    j = jj if dj > 0 else ny - 1 - jj
-                    for kk in range(nz):
-                        k = kk if dk > 0 else nz - 1 - kk
-                        best = owner[i, j, k]
-                        least = _squared(seeds[best], i, j, k, metric) if best >= 0 else np.inf
-                        for n in range(3):
-                            a = i - di if n == 0 else i
-                            b = j - dj if n == 1 else j
-                            c = k - dk if n == 2 else k
-                            if 0 <= a < nx and 0 <= b < ny and 0 <= c < nz:
-                                other = owner[a, b, c]
-                                if other < 0 or other == best:
+    for direction in range(8):
+        di = 1 if direction & 1 else -1
+        dj = 1 if direction & 2 else -1
+        dk = 1 if direction & 4 else -1
+        for ii in range(nx):
+            i = ii if di > 0 else nx - 1 - ii
+            for jj in range(ny):
+                j = jj if dj > 0 else ny - 1 - jj
+                for kk in range(nz):
+                    k = kk if dk > 0 else nz - 1 - kk
+                    best = owner[i, j, k]
+                    least = _squared(seeds[best], i, j, k, metric) if best >= 0 else np.inf
+                    for n in range(3):
+                        a = i - di if n == 0 else i
+                        b = j - dj if n == 1 else j
+                        c = k - dk if n == 2 else k
+                        if 0 <= a < nx and 0 <= b < ny and 0 <= c < nz:
+                            other = owner[a, b, c]
+                            if other < 0 or other == best:
+                                continue
+                            d = _squared(seeds[other], i, j, k, metric)
+                            if d > least * (1 + TIE):
+                                continue
+                            if d > least * (1 - TIE):
+                                new = _height(seeds[other], normals[other], i, j, k, metric)
+                                old = _height(seeds[best], normals[best], i, j, k, metric)
+                                if abs(new) >= abs(old) * (1 - TIE):
                                     continue
-                                d = _squared(seeds[other], i, j, k, metric)
-                                if d > least * (1 + TIE):
-                                    continue
-                                if d > least * (1 - TIE):
-                                    new = _height(seeds[other], normals[other], i, j, k, metric)
-                                    old = _height(seeds[best], normals[best], i, j, k, metric)
-                                    if abs(new) >= abs(old) * (1 - TIE):
-                                        continue
-                                least, best, changed = d, other, True
-                        owner[i, j, k] = best
-        if not changed:
-            break
+                            least, best = d, other
+                    owner[i, j, k] = best
     return owner
 
 
 @nb.njit(cache=True, parallel=True)
-def _settle(owner, seeds, normals, metric):  # type: ignore[no-untyped-def]
-    """Best of each voxel's own and its 26 neighbours' surface points."""
+def _settle(owner, seeds, normals, metric, near):  # type: ignore[no-untyped-def]
+    """Best of the own and the 26 neighbours' surface points of each voxel near the surface."""
     nx, ny, nz = owner.shape
     out = owner.copy()
     for i in nb.prange(nx):
@@ -228,6 +264,8 @@ def _settle(owner, seeds, normals, metric):  # type: ignore[no-untyped-def]
             for k in range(nz):
                 best = owner[i, j, k]
                 least = _squared(seeds[best], i, j, k, metric)
+                if least > near:
+                    continue
                 height = abs(_height(seeds[best], normals[best], i, j, k, metric))
                 for a in range(max(i - 1, 0), min(i + 2, nx)):
                     for b in range(max(j - 1, 0), min(j + 2, ny)):
@@ -263,15 +301,12 @@ def _distances(nearest, seeds, normals, metric, inside, reach):  # type: ignore[
 
 
 @nb.njit(cache=True)
-def _tricubic(values, index):  # type: ignore[no-untyped-def]
+def _tricubic(values, index, out, slope):  # type: ignore[no-untyped-def]
     """Catmull-Rom values and index-space gradients at points inside the grid."""
-    n = len(index)
-    out = np.empty(n)
-    slope = np.empty((n, 3))
     weight = np.empty((3, 4))
     change = np.empty((3, 4))
     first = np.empty(3, dtype=np.int64)
-    for p in range(n):
+    for p in range(len(index)):
         for x in range(3):
             first[x] = max(min(int(index[p, x]), values.shape[x] - 2), 0)
             t = index[p, x] - first[x]
@@ -298,4 +333,11 @@ def _tricubic(values, index):  # type: ignore[no-untyped-def]
                 g1 += weight[0, a] * change[1, b] * line
                 g2 += weight[0, a] * weight[1, b] * rise
         out[p], slope[p, 0], slope[p, 1], slope[p, 2] = v, g0, g1, g2
-    return out, slope
+
+
+@nb.njit(cache=True, parallel=True)
+def _tricubic_in_chunks(values, index, out, slope):  # type: ignore[no-untyped-def]
+    """The same on all threads."""
+    for chunk in nb.prange((len(index) + CHUNK - 1) // CHUNK):
+        rows = slice(chunk * CHUNK, (chunk + 1) * CHUNK)
+        _tricubic(values, index[rows], out[rows], slope[rows])

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from heartgen.images.isosurface import Isosurface
 from heartgen.mesh.closest import closest_points
 from heartgen.mesh.freedom import FaceFreedom
 from heartgen.mesh.hexmesh import HexMesh
@@ -93,11 +95,13 @@ def to_patient(
     )
 
 
-def from_patient(mesh: HexMesh, faces: FaceFreedom, patient: Patient) -> Distances:
+def from_patient(
+    mesh: HexMesh, faces: FaceFreedom, surfaces: Mapping[str, Isosurface], voxel: float
+) -> Distances:
     """Distances from points of the patient to the tangent planes at their closest points."""
     parts = []
-    total = sum(p.weights.sum() for p in patient.points.values())
-    for name, target in patient.points.items():
+    total = sum(p.weights.sum() for p in surfaces.values())
+    for name, target in surfaces.items():
         rows = faces.rows[name]
         near = closest_points(mesh, faces.faces[rows], target.points, CANDIDATES)
         face = near.face + rows.start
@@ -105,12 +109,11 @@ def from_patient(mesh: HexMesh, faces: FaceFreedom, patient: Patient) -> Distanc
         tangents = [
             np.einsum("pa,pax->px", tabulate_face(near.uv, d), control) for d in ((1, 0), (0, 1))
         ]
-        normal = np.cross(*tangents) * faces.signs[face, None]
-        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
+        normal = _unit(np.cross(*tangents)) * faces.signs[face, None]
         # The patient's normals leave the pool or the heart; the mesh's leave the wall.
         outwards = 1.0 if name == "epi" else -1.0
         facing = outwards * np.einsum("px,px->p", normal, target.normals) > FACING
-        reliable = facing / (1 + (near.distance / (OUTLIER * patient.voxel)) ** 2)
+        reliable = facing / (1 + (near.distance / (OUTLIER * voxel)) ** 2)
         parts.append(
             Distances(
                 face,
@@ -126,6 +129,32 @@ def from_patient(mesh: HexMesh, faces: FaceFreedom, patient: Patient) -> Distanc
             for name in ("face", "functions", "normal", "value", "weight")
         )
     )
+
+
+def drift(mesh: HexMesh, anchor: HexMesh, faces: FaceFreedom, leeway: float) -> Distances:
+    """Movement from the anchor along the surface beyond a leeway, mm, at samples of the faces."""
+    uv, w = gauss_square(FACE_SAMPLES)
+    basis = tabulate_face(uv)
+    control = faces.control(mesh)
+    moved = np.matmul(basis, control - faces.control(anchor))
+    normal = np.cross(*(np.matmul(tabulate_face(uv, d), control) for d in ((1, 0), (0, 1))))
+    area = np.linalg.norm(normal, axis=-1) * w
+    normal = _unit(normal)
+    moved -= np.sum(moved * normal, axis=-1, keepdims=True) * normal
+    beyond = np.linalg.norm(moved, axis=-1) - leeway
+    return Distances(
+        np.repeat(np.arange(len(control)), len(uv)),
+        np.tile(basis, (len(control), 1)),
+        _unit(moved).reshape(-1, 3),
+        np.maximum(beyond, 0).ravel(),
+        np.where(beyond > 0, area / area.sum(), 0).ravel(),
+    )
+
+
+def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Vectors (..., 3) of length 1; zero stays zero."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.maximum(length, np.finfo(float).tiny))
 
 
 def distance_blocks(faces: FaceFreedom, parts: list[Distances], factor: float) -> Blocks:

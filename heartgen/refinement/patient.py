@@ -15,6 +15,13 @@ from heartgen.images.levelset import LevelSet
 VOXELS_PER_LENGTH = 75.0
 """The unit of distance is a voxel of an image at least this fine over the ventricle's length."""
 
+FEW = 8000
+"""Points of a surface that suffice far from the optimum."""
+
+SCATTER = np.sqrt([2.0, 3.0, 5.0])
+"""Irrational directions along which the fractional part of a place is as good as random, but the
+same for every order of an image's axes."""
+
 BELOW_BASE = 1.0
 """Voxels below the base at which the surfaces' points begin: the base belongs to the plane."""
 
@@ -29,13 +36,19 @@ class Patient:
         Signed distance for each named surface of the mesh.
     points : mapping of str to Isosurface
         Points of the patient's surfaces below the base, for the named surfaces they belong to.
+    few : mapping of str to Isosurface
+        About `FEW` of them, chosen by their places in the heart alone.
     voxel : float
         Unit of distance, mm.
+    length : float
+        Of the ventricle, mm.
     """
 
     images: Mapping[str, LevelSet]
     points: Mapping[str, Isosurface]
+    few: Mapping[str, Isosurface]
     voxel: float
+    length: float
 
 
 def patient_of(anatomy: Anatomy) -> Patient:
@@ -49,15 +62,27 @@ def patient_of(anatomy: Anatomy) -> Patient:
     -------
     Patient
     """
-    points = {}
+    points, few = {}, {}
     for name, level in anatomy.surfaces.items():
         if name != "base":
             whole = isosurface(level)
             height = anatomy.base.plane.height(whole.points)
             part = whole.part(height < -BELOW_BASE * anatomy.voxel)
             points[name] = replace(part, weights=_areas(part.normals, level.affine))
+            few[name] = _thinned(points[name], anatomy)
     voxel = min(anatomy.voxel, anatomy.length / VOXELS_PER_LENGTH)
-    return Patient(anatomy.surfaces, points, voxel)
+    return Patient(anatomy.surfaces, points, few, voxel, anatomy.length)
+
+
+def _thinned(surface: Isosurface, anatomy: Anatomy) -> Isosurface:
+    """Few of the points, whose weights fade out at the borders of the choice."""
+    if len(surface.points) <= FEW:
+        return surface
+    chance = anatomy.to_heart(surface.points) @ SCATTER / anatomy.voxel % 1
+    place = chance * len(surface.points) / FEW
+    chosen = place < 1
+    few = surface.part(chosen)
+    return replace(few, weights=few.weights * np.sin(np.pi * place[chosen]))
 
 
 def _areas(normals: NDArray[np.float64], affine: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -47,7 +47,7 @@ def folded(mesh: HexMesh) -> HexMesh:
 @pytest.mark.parametrize("unfolding", [False, True])
 def test_gradient_of_the_quality_terms(template: HexMesh, unfolding: bool) -> None:
     freedom = Freedom(template.topology)
-    elements = Elements(freedom, template.topology)
+    elements = Elements(freedom, template.topology, np.ones(template.n_elements))
     rng = np.random.default_rng(0)
     q = template.dofs[freedom.free] + 0.1 * rng.standard_normal((freedom.n, 3))
     direction = rng.standard_normal(q.shape)
@@ -60,12 +60,34 @@ def test_gradient_of_the_quality_terms(template: HexMesh, unfolding: bool) -> No
         return 2.0 * elements.spread(state) + 3.0 * elements.shear(state)
 
     slope = (energy(STEP) - energy(-STEP)) / (2 * STEP)
-    blocks = elements.blocks(elements.state(q, unfolding), 2.0, 3.0, 0.0)
+    blocks = elements.blocks(q, elements.state(q, unfolding), 2.0, 3.0, 0.0)
     padded = np.concatenate([direction, np.zeros((1, 3))])[blocks.dofs].reshape(
         len(blocks.dofs), -1
     )
     # The blocks hold half the gradient of a sum of squares.
     assert 2 * np.sum(padded * blocks.gradient) == pytest.approx(slope, rel=1e-5)
+
+
+def test_firm_elements_are_held_straight_and_fitted_less_closely(
+    anatomy: Anatomy, template: HexMesh
+) -> None:
+    firmness = np.ones(template.n_elements)
+    firmness[template.topology.index[:, 1] < 2] = 1e2
+    patient, weights = patient_of(anatomy), weights_for(5, 1.0)
+    free = refine(template, patient, weights)
+    held = refine(template, patient, weights, firmness=firmness)
+    freedom = Freedom(template.topology)
+    form = Elements(freedom, template.topology, firmness)
+
+    def bent(mesh: HexMesh) -> float:
+        q = mesh.dofs[freedom.free]
+        return form.bent(q, form.stiff(form.state(q)))
+
+    assert bent(held) < 0.5 * bent(free)
+    errors = [
+        assess_accuracy(m, anatomy.myocardium, anatomy.wall_volume).mean for m in (free, held)
+    ]
+    assert errors[0] < errors[1]
 
 
 def test_gradient_of_the_distances(anatomy: Anatomy, template: HexMesh) -> None:
@@ -91,7 +113,7 @@ def test_distances_from_the_patient_are_those_to_the_tangent_planes(
     anatomy: Anatomy, template: HexMesh
 ) -> None:
     faces, patient = FaceFreedom(Freedom(template.topology), template.topology), patient_of(anatomy)
-    d = from_patient(template, faces, patient)
+    d = from_patient(template, faces, patient.points, patient.voxel)
     points = np.concatenate([p.points for p in patient.points.values()])
     near = np.einsum("pa,pax->px", d.functions, faces.control(template)[d.face])
     np.testing.assert_allclose(np.sum((near - points) * d.normal, axis=1), d.value, atol=1e-9)

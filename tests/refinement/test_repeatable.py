@@ -64,7 +64,6 @@ def test_the_same_mask_gives_the_same_mesh_to_the_last_bit(runs: tuple[Dofs, Dof
         np.testing.assert_array_equal(two[lod], again[lod], err_msg=f"level of detail {lod}")
 
 
-@pytest.mark.xfail(reason="sums in the linear algebra library depend on its number of threads")
 def test_threads_do_not_change_the_mesh(runs: tuple[Dofs, Dofs, Dofs]) -> None:
     one, two, _ = runs
     for lod in one:
