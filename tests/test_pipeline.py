@@ -160,7 +160,7 @@ def test_a_level_is_the_state_after_that_many_passes(lifelike: samples.Sample) -
 def test_before_a_refinement_registration_stops_early(lifelike: samples.Sample) -> None:
     five = heartgen.personalize(lifelike.mask, lod=5)
     assert len(five.deformations) == REFINED_PASSES
-    assert not any(f.name == "level of detail" for f in five.report.findings)
+    assert not any(f.check == "level of detail" for f in five.report.findings)
 
 
 def test_several_levels_at_once_give_the_same_meshes(lifelike: samples.Sample) -> None:

@@ -32,8 +32,8 @@ FULL_STEPS = 2
 SCALE = 0.3
 """Distance that weighs as much as one unit of the quality terms, voxels."""
 
-LEEWAY = 1 / 48
-"""Movement along the surface that is free, over the length of the ventricle (1.9 mm of 90)...
+LEEWAY = 1 / 45
+"""Movement along the surface that is free, over the length of the ventricle (2 mm of 90)...
 Material points of the left ventricle are anatomy: apex, insertion lines, borders of segments."""
 
 DRIFT = 1 / 90
@@ -67,11 +67,11 @@ class Weights:
     spread: float = 45.0
     shear: float = 5.0
     bending: float = 0.05
-    drift: float = 30.0
+    drift: float = 25.0
     base: float = 5.0
 
 
-SHEARED = Weights(spread=25.0, shear=24.0)
+SHEARED = Weights(spread=15.0, shear=28.0)
 """Weights for two ventricles: the corners of the right one would be paid for with shear."""
 
 
