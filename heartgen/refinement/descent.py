@@ -32,8 +32,8 @@ FULL_STEPS = 2
 SCALE = 0.3
 """Distance that weighs as much as one unit of the quality terms, voxels."""
 
-LEEWAY = 1 / 45
-"""Movement along the surface that is free, over the length of the ventricle (2 mm of 90)...
+LEEWAY, LARGEST_LEEWAY = 1 / 38, 2.4
+"""Movement along the surface that is free, over the length of the ventricle, and mm at most...
 Material points of the left ventricle are anatomy: apex, insertion lines, borders of segments."""
 
 DRIFT = 1 / 90
@@ -67,7 +67,7 @@ class Weights:
     spread: float = 45.0
     shear: float = 5.0
     bending: float = 0.05
-    drift: float = 25.0
+    drift: float = 40.0
     base: float = 5.0
 
 
@@ -135,7 +135,7 @@ def refine(
     assembler = Assembler([freedom.dofs, faces.dofs, faces.dofs], freedom.n)
     per_square = 1 / (SCALE * patient.voxel) ** 2
     per_drift = weights.drift / (DRIFT * patient.length) ** 2
-    leeway = LEEWAY * patient.length
+    leeway = min(LEEWAY * patient.length, LARGEST_LEEWAY)
     free = np.isin(faces.faces[:, 0], mesh.topology.parts.get("right ventricle", []))
     held = np.where(free, 0.0, 1.0)
     anchor = anchor or mesh
