@@ -61,7 +61,7 @@ def meshes(
     yield "refined", refine(paper.mesh, patient, full)
     yield "... depth proportional", refine(linear.mesh, patient, full)
     yield "... without registration", refine(enhance(paper.template), patient, full)
-    for left_out in ("spread", "shear", "bending"):
+    for left_out in ("spread", "shear", "bending", "drift"):
         yield (
             f"... without {left_out}",
             refine(paper.mesh, patient, replace(full, **{left_out: 0.0})),
