@@ -5,8 +5,8 @@ usage: python -m benchmarks.sensitivity FOLDER_OR_MASK... [--lod 3] [--elements 
 
 Every mask is taken to the start of the refinement once, then refined with the default weights, and
 with each weight at half and at twice its default (one round: no element is made firmer). The scale
-of the distances is a common factor of spread, shear and bending (they are weighed against squared
-distances over the squared scale), so half the scale is a quarter of the three. Prints medians over
+of the distances is a common factor of spread, shear, bending, drift (they are weighed against squared
+distances over the squared scale), so half the scale is a quarter of the four. Prints medians over
 the masks, and the largest change that any mask sees.
 """
 
@@ -25,8 +25,8 @@ from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.errors import HeartgenError
 from heartgen.refinement import Weights, patient_of, refine, weights_for
 
-WEIGHTS = ("spread", "shear", "bending", "base")
-SCALED = WEIGHTS[:3]
+WEIGHTS = ("spread", "shear", "bending", "drift", "base")
+SCALED = WEIGHTS[:4]
 """Weights against the distances in units of their scale."""
 
 FACTORS = (0.5, 2.0)
