@@ -5,7 +5,7 @@ usage: python -m benchmarks.sensitivity FOLDER_OR_MASK... [--lod 3] [--elements 
 
 Every mask is taken to the start of the refinement once, then refined with the default weights, and
 with each weight at half and at twice its default (one round: no element is made firmer). The scale
-of the distances is a common factor of spread, shear, bending, drift (they are weighed against squared
+of the distances is a common factor of spread, shear, bending, drift (weighed against squared
 distances over the squared scale), so half the scale is a quarter of the four. Prints medians over
 the masks, and the largest change that any mask sees.
 """
