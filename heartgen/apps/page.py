@@ -113,10 +113,11 @@ class Page:
             "hg-app",
         )
         session.observe(self._mark, "states")
+        session.observe(self._start_view, ["anatomy"])
         session.observe(self._follow, ["shown"])
         session.observe(self._complain, ["complaint", "case"])
         self.turn_to("input")
-        self._start_view()
+        self._task: asyncio.Task[None] | None = None
 
     def turn_to(self, key: str) -> None:
         """Put a panel into the middle."""
@@ -142,8 +143,10 @@ class Page:
         if change["new"]:
             self.turn_to("input")
 
-    def _start_view(self) -> None:
-        """Start the 3-D view once the page is on the screen."""
+    def _start_view(self, _: Any) -> None:
+        """Start the 3-D view once there is something to see; its libraries take long to load."""
+        if self._task is not None:
+            return
         look = self.panels["look"]
         try:
             loop = asyncio.get_running_loop()

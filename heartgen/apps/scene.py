@@ -50,7 +50,8 @@ MASK_VIEWS = {"misfit": "Where it leaves the mesh", "whole": "All of it", "off":
 
 CUTS = {"off": "No cut", "x": "Across, wide side", "y": "Across, narrow side", "z": "Short axis"}
 
-CUT_AXES = {"x": 0, "y": 1, "z": 2}
+CUT_NORMALS = {"x": (1, 0, 0), "y": (0, -1, 0), "z": (0, 0, 1)}
+"""Of the cuts: towards where the camera stands at first; what lies behind is kept."""
 
 
 @dataclass(frozen=True)
@@ -172,7 +173,7 @@ def mesh_scene(outcome: Outcome, view: View) -> Scene:
     edges.point_data["rgba"] = _rgba(shade, np.ones(edges.n_points))
     mask = _mask(drawn, view.mask)
     if view.cut != "off":
-        plane = _plane(drawn, CUT_AXES[view.cut], view.position)
+        plane = _plane(drawn, np.array(CUT_NORMALS[view.cut], dtype=float), view.position)
         mesh = _cut(mesh, plane)
         mesh = mesh.append_polydata(_cap(drawn, plane, painted))
         edges, mask = _cut(edges, plane), _cut(mask, plane)
@@ -269,12 +270,13 @@ def _grid(mesh: HexMesh) -> pv.UnstructuredGrid:
     return grid
 
 
-def _plane(drawn: _Drawn, axis: int, position: float) -> tuple[Array, Array]:
+def _plane(drawn: _Drawn, normal: Array, position: float) -> tuple[Array, Array]:
     """Origin and normal of a cut through the heart."""
+    axis = int(np.argmax(np.abs(normal)))
     low, high = np.array(drawn.surface.bounds).reshape(3, 2).T
     origin = (low + high) / 2
     origin[axis] = low[axis] + position * (high[axis] - low[axis])
-    return origin, np.eye(3)[axis]
+    return origin, normal
 
 
 def _cut(data: pv.PolyData, plane: tuple[Array, Array]) -> pv.PolyData:

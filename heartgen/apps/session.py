@@ -21,6 +21,7 @@ from traitlets import Dict, HasTraits, Instance, Int, List, Unicode, observe
 from heartgen.apps.cases import BINARY, Case, analyse_case, load_file, load_sample
 from heartgen.apps.choices import Choices
 from heartgen.apps.costs import Costs
+from heartgen.apps.memory import give_back
 from heartgen.apps.runs import Outcome, Post, Run
 from heartgen.apps.steps import StepState
 from heartgen.errors import HeartgenError
@@ -119,7 +120,12 @@ class Session(HasTraits):
         run.expected = self.costs.expect(options, self.both, levels, anatomy is not None)
         run.observe(self._run_changed, names=["phase"])
         self.runs = [*self.runs, run]
-        return self._pool.submit(run.work, anatomy, self.post)
+        return self._pool.submit(self._work_on_run, run, anatomy)
+
+    def _work_on_run(self, run: Run, anatomy: Anatomy | None) -> None:
+        """In the thread: run."""
+        run.work(anatomy, self.post)
+        give_back()
 
     def sweep(self) -> Future[None]:
         """Fit all levels of detail."""

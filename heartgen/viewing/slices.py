@@ -65,8 +65,8 @@ class Slice:
 
 
 SLICES = (
-    Slice("long axis, across the wider side", 0, 2),
-    Slice("long axis, across the narrower side", 1, 2),
+    Slice("long axis, wider side", 0, 2),
+    Slice("long axis, narrower side", 1, 2),
     Slice("short axis, at the thin line", 0, 1),
 )
 

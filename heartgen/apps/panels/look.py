@@ -10,7 +10,7 @@ import ipywidgets as widgets
 from heartgen.apps.parts import choose, classed, head, row, text
 from heartgen.apps.session import Session
 
-LIMITS = (("suits the result", 0.0), ("0.5 mm", 0.5), ("1 mm", 1.0), ("2 mm", 2.0), ("5 mm", 5.0))
+LIMITS = (("automatic", 0.0), ("0.5 mm", 0.5), ("1 mm", 1.0), ("2 mm", 2.0), ("5 mm", 5.0))
 
 STAGES = (
     ("Template", "template"),

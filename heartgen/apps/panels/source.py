@@ -9,7 +9,7 @@ from typing import Any
 import ipywidgets as widgets
 
 from heartgen.apps.cases import BINARY, sample_choices
-from heartgen.apps.parts import choose, head, row, text
+from heartgen.apps.parts import choose, classed, head, row, text
 from heartgen.apps.session import MAX_UPLOAD, Session
 from heartgen.apps.transfer import MEGABYTE, Upload
 
@@ -50,6 +50,8 @@ class SourcePanel:
             "Roles and their labels: lv_myocardium, lv_pool, rv_pool, rv_myocardium",
         )
         self.roles.layout.display = "none"
+        for control in (self.sample, self.scheme, self.roles):
+            classed(control, "hg-above")
         self.upload = Upload(session.folder, MAX_UPLOAD, self._arrived, self._refused)
         limit = text(f"{FORMATS}, up to {MAX_UPLOAD / MEGABYTE:.0f} MB", "hg-note")
         self.about = text("", "hg-note hg-about")
