@@ -63,8 +63,6 @@ def row(label: str, control: Any, tooltip: str) -> Any:
     """
     control.description = label
     control.tooltip = tooltip
-    if hasattr(control, "description_tooltip"):
-        control.description_tooltip = tooltip
     return classed(control, "hg-row")
 
 

@@ -168,9 +168,9 @@ def mesh_scene(outcome: Outcome, view: View) -> Scene:
     painted = COLOURINGS[view.colour].paint(drawn.patch, view.limit)
     mesh = drawn.surface.copy(deep=False)
     mesh.point_data["rgba"] = _opaque(painted.rgb)
-    edges = drawn.edges.copy(deep=False) if view.edges else pv.PolyData()
-    shade = LIGHT if view.colour == "error" else DARK
-    edges.point_data["rgba"] = _rgba(shade, np.ones(edges.n_points))
+    edges = (
+        _edges(drawn, LIGHT if view.colour == "error" else DARK) if view.edges else pv.PolyData()
+    )
     mask = _mask(drawn, view.mask)
     if view.cut != "off":
         plane = _plane(drawn, np.array(CUT_NORMALS[view.cut], dtype=float), view.position)
@@ -229,6 +229,13 @@ def _placed(data: Data, anatomy: Anatomy) -> Data:
         turned = np.asarray(data.point_data["Normals"]) @ anatomy.frame[:3, :3]
         data.point_data["Normals"] = turned.astype(np.float32)
     return data
+
+
+def _edges(drawn: _Drawn, colour: str) -> pv.PolyData:
+    """The edges of the elements in one colour."""
+    edges = drawn.edges.copy(deep=False)
+    edges.point_data["rgba"] = _rgba(colour, np.ones(edges.n_points))
+    return edges
 
 
 def _mask(drawn: _Drawn, view: str) -> pv.PolyData:
