@@ -148,7 +148,7 @@ def _by_region(patch: Patch, limit: float | None) -> Painted:
 
 
 COLOURINGS = {
-    "error": Colouring("Fitting error", "Distance from the mesh to the mask, mm", _by_error),
+    "error": Colouring("Error", "Distance from the mesh to the mask, mm", _by_error),
     "quality": Colouring("Quality Q", "Jacobian ratio of each element, 1 is best", _by_quality),
     "region": Colouring("Surface", "Endocardium, epicardium, base", _by_region),
 }

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from heartgen.options import Options
     from heartgen.pipeline import Personalization
 
-INTERVAL = 0.1
+INTERVAL = 0.2
 """Least seconds between two reports of progress, so that the page can keep up."""
 
 Post = Callable[[Callable[[], None]], Any]

@@ -46,9 +46,9 @@ ALONE_OPACITY = 1.0
 CACHED = 16
 """Surfaces that are kept: the stages of a few runs."""
 
-MASK_VIEWS = {"misfit": "Where it leaves the mesh", "whole": "All of it", "off": "Hidden"}
+MASK_VIEWS = {"misfit": "Where it differs", "whole": "All of it", "off": "Hidden"}
 
-CUTS = {"off": "No cut", "x": "Across, wide side", "y": "Across, narrow side", "z": "Short axis"}
+CUTS = {"off": "No cut", "x": "Long axis, 1", "y": "Long axis, 2", "z": "Short axis"}
 
 CUT_NORMALS = {"x": (1, 0, 0), "y": (0, -1, 0), "z": (0, 0, 1)}
 """Of the cuts: towards where the camera stands at first; what lies behind is kept."""

@@ -46,6 +46,12 @@ WIDGET_MESSAGES = [
 
 NEEDED = ("jupyter_server", "voila", "jupyter_server_proxy", "ipywidgets", "anywidget", "pyvista")
 
+POLICY = (
+    "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob: ws: wss:; frame-ancestors 'self'"
+)
+"""The page loads nothing from elsewhere: no one else learns of a visitor. (Scripts of widgets are
+blobs; Voila's page would ask a network for fonts.)"""
+
 VOILA = {
     "VoilaConfiguration": {
         "strip_sources": True,
@@ -54,6 +60,10 @@ VOILA = {
         "file_allowlist": [],
     }
 }
+
+
+KERNEL = {"HistoryManager": {"enabled": False}, "IPKernelApp": {"log_level": 40}}
+"""Kernels keep no history, and tell errors only."""
 
 
 @dataclass(frozen=True)
@@ -121,6 +131,9 @@ def served_folder() -> Iterator[Path]:
         (folder / "config").mkdir()
         shutil.copy(notebook(), folder / "served" / NOTEBOOK)
         (folder / "config" / "voila.json").write_text(json.dumps(VOILA), encoding="utf-8")
+        profile = folder / "ipython" / "profile_default"
+        profile.mkdir(parents=True)
+        (profile / "ipython_kernel_config.json").write_text(json.dumps(KERNEL), encoding="utf-8")
         yield folder
     finally:
         shutil.rmtree(folder, ignore_errors=True)
@@ -142,6 +155,7 @@ def environment(place: Place, folder: Path) -> dict[str, str]:
         "JUPYTER_CONFIG_PATH": os.pathsep.join(filter(None, paths)),
         "PYVISTA_TRAME_SERVER_PROXY_PREFIX": f"{place.base_url}proxy/",
         "VTK_WASM_DIR_OVERRIDE": str(folder / "config"),  # else trame looks for it on the network
+        "IPYTHONDIR": str(folder / "ipython"),
         "PYDEVD_DISABLE_FILE_VALIDATION": "1",
     }
 
@@ -165,7 +179,10 @@ def arguments(place: Place, folder: Path) -> list[str]:
         "ServerApp.open_browser": place.browser,
         "ServerApp.jpserver_extensions": extensions,
         "ServerApp.authorizer_class": "heartgen.apps.guard.OnlyThePage",
-        "ServerApp.tornado_settings": {"websocket_max_message_size": MESSAGE_BYTES},
+        "ServerApp.tornado_settings": {
+            "websocket_max_message_size": MESSAGE_BYTES,
+            "headers": {"Content-Security-Policy": POLICY},
+        },
         "ServerApp.log_level": 40,
         "ServerApp.allow_root": True,  # as in containers; the browser cannot run code
         "IdentityProvider.token": token,

@@ -13,7 +13,7 @@ import typer
 
 from heartgen import __version__
 from heartgen.cli.outcome import appearing_together, check_folder, check_picture, errors, told
-from heartgen.errors import InputError, MeshError
+from heartgen.errors import HeartgenError, InputError, MeshError
 
 if TYPE_CHECKING:
     from heartgen.images import Mask
@@ -250,6 +250,31 @@ def dashboard(
 
         base = f"/{base_url.strip('/')}/".replace("//", "/")
         serve(Place(host, port, token, base, browser=not no_browser))
+
+
+@app.command()
+def view(
+    mesh: Annotated[
+        Path, typer.Argument(metavar="MESH", show_default=False, help="mesh.vtu of a result.")
+    ],
+    mask: Annotated[
+        Path | None,
+        typer.Argument(metavar="[MASK]", show_default=False, help="The mask it was made of."),
+    ] = None,
+    port: Annotated[int, typer.Option(metavar="PORT", min=0, max=65535, help="0: any.")] = 0,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open it.")] = False,
+    debug: Debug = False,
+) -> None:
+    """Show a mesh in the browser, with its mask."""
+    with told(debug):
+        try:
+            from heartgen.apps.standalone import view_files
+        except ModuleNotFoundError as error:
+            raise HeartgenError(
+                f"the view needs the package {error.name}, which is not installed: "
+                "pip install 'heartgen[apps]'"
+            ) from error
+        view_files(mesh, mask, port, browser=not no_browser)
 
 
 @app.callback(invoke_without_command=True)

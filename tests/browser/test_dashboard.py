@@ -152,13 +152,13 @@ def test_stage_and_cut_change_the_view(ran):
     ran.wait_for_selector(".hg-scale:has-text('epicardium')")
     time.sleep(2)
     before = view(ran)
-    choose(ran, "Cut", "Across, narrow side")
+    choose(ran, "Cut", "Long axis, 2")
     cut = wait_for_other(ran, before)
     ran.get_by_role("button", name="Template").click()
     wait_for_other(ran, cut)
     ran.get_by_role("button", name="Refined").click()
     choose(ran, "Cut", "No cut")
-    choose(ran, "Colour by", "Fitting error")
+    choose(ran, "Colour by", "Error")
 
 
 def test_a_wrong_file_gets_a_sentence_and_the_page_goes_on(ran, tmp_path):

@@ -21,12 +21,12 @@ STAGES = (
 )
 """As in `heartgen.apps.scene`, which waits for VTK; a test compares. So do the next ones."""
 
-COLOURS = (("Fitting error", "error"), ("Quality Q", "quality"), ("Surface", "region"))
-MASKS = (("Where it leaves the mesh", "misfit"), ("All of it", "whole"), ("Hidden", "off"))
+COLOURS = (("Error", "error"), ("Quality Q", "quality"), ("Surface", "region"))
+MASKS = (("Where it differs", "misfit"), ("All of it", "whole"), ("Hidden", "off"))
 CUTS = (
     ("No cut", "off"),
-    ("Across, wide side", "x"),
-    ("Across, narrow side", "y"),
+    ("Long axis, 1", "x"),
+    ("Long axis, 2", "y"),
     ("Short axis", "z"),
 )
 
