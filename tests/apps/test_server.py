@@ -74,6 +74,14 @@ def test_without_the_word_there_is_no_page(server):
         assert "/login" in answer.url
 
 
+def test_page_may_load_nothing_from_elsewhere(server):
+    request = urllib.request.Request(f"http://127.0.0.1:{PORT}/login")
+    with urllib.request.urlopen(request, timeout=20) as answer:
+        policy = answer.headers["Content-Security-Policy"]
+    assert "default-src 'self'" in policy
+    assert "http" not in policy
+
+
 def options(place, tmp_path):
     return dict(a.removeprefix("--").split("=", 1) for a in arguments(place, tmp_path) if "=" in a)
 
