@@ -110,6 +110,10 @@ def serve(place: Place) -> None:
         )
     from jupyter_server.serverapp import ServerApp
 
+    from heartgen.apps.guard import close_proxy
+
+    close_proxy()
+
     with served_folder() as folder:
         os.environ.update(environment(place, folder))
         try:

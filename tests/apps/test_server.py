@@ -62,6 +62,10 @@ def ask(path, word=WORD, method="GET", timeout=20):
         ("api/sessions", "GET"),
         ("files/dashboard.ipynb", "GET"),
         ("nbconvert/html/dashboard.ipynb", "GET"),
+        ("proxy/22/", "GET"),
+        ("proxy/absolute/22/", "GET"),
+        (f"proxy/{PORT}/api", "GET"),
+        ("proxy/example.org:80/", "GET"),
     ],
 )
 def test_visitors_get_at_nothing_but_the_page(server, path, method):

@@ -146,6 +146,16 @@ def test_mesh_turns_and_stays_turned(ran):
     assert "Jacobian ratio" in ran.locator(".hg-scale").inner_text()
 
 
+def test_view_can_be_saved_and_reset(ran):
+    frame = ran.frame_locator(".hg-frame")
+    with ran.expect_download() as download:
+        frame.get_by_role("button", name="Save picture").click()
+    assert Path(download.value.path()).read_bytes().startswith(b"\x89PNG")
+    before = view(ran)
+    frame.get_by_role("button", name="Reset view").click()
+    wait_for_other(ran, before)
+
+
 def test_stage_and_cut_change_the_view(ran):
     choose(ran, "Colour by", "Surface")
     wait_for_view(ran, is_mesh)
