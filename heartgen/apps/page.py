@@ -11,6 +11,7 @@ from typing import Any
 import ipywidgets as widgets
 
 from heartgen import __version__
+from heartgen.apps.cases import sample_choices
 from heartgen.apps.panels.judge import JudgePanel
 from heartgen.apps.panels.look import LookPanel
 from heartgen.apps.panels.options import OptionsPanel
@@ -21,6 +22,7 @@ from heartgen.apps.panels.take import TakePanel
 from heartgen.apps.parts import button, classed, text
 from heartgen.apps.runs import Post
 from heartgen.apps.session import Session
+from heartgen.errors import InputError
 
 STYLE = Path(__file__).parent / "web" / "style.css"
 
@@ -43,7 +45,7 @@ def dashboard(sample: str | None = FIRST) -> widgets.Widget:
     Parameters
     ----------
     sample : str or None
-        Sample to load at once.
+        Sample to load as soon as the page is on the screen.
 
     Returns
     -------
@@ -55,22 +57,22 @@ def dashboard(sample: str | None = FIRST) -> widgets.Widget:
     InputError
         If there is no such sample.
     """
-    page = Page()
+    if sample is not None and sample not in (name for _, name in sample_choices()):
+        raise InputError(f"There is no sample {sample!r}; see heartgen.samples.names().")
+    page = Page(sample)
     page.widget.session = page.session
     page.widget.page = page
-    if sample is not None:
-        page.source.sample.value = sample
     return page.widget
 
 
 class Page:
     """All panels, and which of them is in the middle."""
 
-    def __init__(self) -> None:
+    def __init__(self, first: str | None = None) -> None:
         self.session = Session(_post())
         atexit.register(self.session.close)
         session = self.session
-        self.source = SourcePanel(session)
+        self.source = SourcePanel(session, first)
         self.options = OptionsPanel(session)
         self.running = RunPanel(session)
         self.panels: dict[str, Any] = {

@@ -34,9 +34,11 @@ class Upload(anywidget.AnyWidget):
         limit: int,
         arrived: Callable[[Path], None],
         refused: Callable[[str], None],
+        shown: Callable[[], None] = lambda: None,
     ) -> None:
         super().__init__(limit=limit)
         self._folder, self._arrived, self._refused = folder, arrived, refused
+        self._shown = shown
         self._file: BinaryIO | None = None
         self._path = folder
         self._size = self._received = self._count = 0
@@ -54,7 +56,9 @@ class Upload(anywidget.AnyWidget):
 
     def _obey(self, message: dict[str, Any], buffers: list[Any]) -> None:
         kind = message.get("kind")
-        if kind == "refused" or (kind == "begin" and int(message["size"]) > self.limit):
+        if kind == "shown":
+            self._shown()
+        elif kind == "refused" or (kind == "begin" and int(message["size"]) > self.limit):
             self.send({"kind": "end"})
             self._refused(
                 f"{message['name']} has {int(message['size']) / MEGABYTE:.0f} MB, more than the "

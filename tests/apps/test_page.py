@@ -12,6 +12,7 @@ from heartgen.apps.cases import sample_choices
 from heartgen.apps.panels.judge import THRESHOLD
 from heartgen.apps.transfer import PIECE, Upload, safe_name
 from heartgen.assessment import QUALITY_THRESHOLD
+from heartgen.errors import InputError
 from heartgen.samples import names
 
 
@@ -51,6 +52,21 @@ def test_panels_draw_a_whole_run(page):
     assert "heartgen.personalize(mask, lod=1)" in take.code.value
     assert page.page.panels["look"].widget.layout.display == ""
     assert page.page.panels["input"].widget.layout.display == "none"
+
+
+def test_first_sample_is_loaded_once_the_page_is_shown():
+    widget = dashboard("lifelike")
+    session, upload = widget.session, widget.page.source.upload
+    assert session.case is None
+    upload._hear(None, {"kind": "shown"}, [])
+    session._pool.submit(lambda: None).result()
+    assert session.case is not None
+    session.close()
+
+
+def test_unknown_sample_is_refused():
+    with pytest.raises(InputError, match="no sample 'nonsense'"):
+        dashboard("nonsense")
 
 
 def test_slices_move(page):

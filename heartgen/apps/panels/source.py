@@ -32,8 +32,9 @@ FORMATS = "NIfTI, NRRD, MetaImage or DICOM-SEG"
 class SourcePanel:
     """Where the mask comes from."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, first: str | None = None) -> None:
         self.session = session
+        self._first = first
         self._uploaded: Path | None = None
         self.sample = choose(
             [("Choose …", ""), *sample_choices()],
@@ -52,7 +53,7 @@ class SourcePanel:
         self.roles.layout.display = "none"
         for control in (self.sample, self.scheme, self.roles):
             classed(control, "hg-above")
-        self.upload = Upload(session.folder, MAX_UPLOAD, self._arrived, self._refused)
+        self.upload = Upload(session.folder, MAX_UPLOAD, self._arrived, self._refused, self._shown)
         limit = text(f"{FORMATS}, up to {MAX_UPLOAD / MEGABYTE:.0f} MB", "hg-note")
         self.about = text("", "hg-note hg-about")
         self.sample.observe(self._chosen, "value")
@@ -71,6 +72,12 @@ class SourcePanel:
             ]
         )
         self.widget.add_class("hg-card")
+
+    def _shown(self) -> None:
+        """The page is on the screen: what changes before, a browser may miss."""
+        first, self._first = self._first, None
+        if first is not None and self.session.case is None and not self.session.reading:
+            self.sample.value = first
 
     def _chosen(self, change: Any) -> None:
         if change["new"]:

@@ -46,6 +46,7 @@ function render({ model, el }) {
   };
   model.on("msg:custom", hear);
   idle();
+  model.send({ kind: "shown" });
   return () => model.off("msg:custom", hear);
 }
 export default { render };
