@@ -132,6 +132,7 @@ def served_folder() -> Iterator[Path]:
     folder = Path(tempfile.mkdtemp(prefix="heartgen-dashboard-"))
     try:
         (folder / "served").mkdir()
+        (folder / "visitors").mkdir()
         (folder / "config").mkdir()
         shutil.copy(notebook(), folder / "served" / NOTEBOOK)
         (folder / "config" / "voila.json").write_text(json.dumps(VOILA), encoding="utf-8")
@@ -159,6 +160,7 @@ def environment(place: Place, folder: Path) -> dict[str, str]:
         "JUPYTER_CONFIG_PATH": os.pathsep.join(filter(None, paths)),
         "PYVISTA_TRAME_SERVER_PROXY_PREFIX": f"{place.base_url}proxy/",
         "VTK_WASM_DIR_OVERRIDE": str(folder / "config"),  # else trame looks for it on the network
+        "TMPDIR": str(folder / "visitors"),  # goes with the server, even if a kernel is killed
         "IPYTHONDIR": str(folder / "ipython"),
         "PYDEVD_DISABLE_FILE_VALIDATION": "1",
     }
