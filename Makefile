@@ -9,10 +9,13 @@ READY := $(VENV)/.ready
 .DEFAULT_GOAL := help
 # The same text everywhere, whatever the locale.
 export PYTHONUTF8 := 1
-.PHONY: help demo test check bench format lock clean
+.PHONY: help app demo test check bench format lock binder clean
 
 help: ## list these commands
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 10
+
+app: $(READY) ## open the dashboard in the browser, with a sample heart loaded
+	$(BIN)/heartgen dashboard $(if $(PORT),--port $(PORT))
 
 demo: $(READY) ## mesh a sample heart and look at the result in out/demo
 	$(BIN)/heartgen demo -o out/demo
@@ -37,7 +40,13 @@ format: $(READY) ## put the code in its agreed form
 lock: $(READY) ## bring requirements.lock up to date with pyproject.toml
 	UV_CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/uv pip compile pyproject.toml --quiet \
 	    --universal --python-version 3.11 --fork-strategy fewest --generate-hashes \
-	    --extra dicom --extra plot --extra dev --output-file requirements.lock
+	    --extra apps --extra dicom --extra plot --extra dev --output-file requirements.lock
+
+binder: $(READY) ## bring binder/requirements.txt up to date with requirements.lock
+	printf '%s\n' '# Made from pyproject.toml and requirements.lock by: make binder' > binder/requirements.txt
+	UV_CUSTOM_COMPILE_COMMAND="make binder" $(BIN)/uv pip compile pyproject.toml --quiet \
+	    --python-version 3.11 --python-platform linux --extra apps --extra dicom \
+	    --constraints requirements.lock --no-annotate --no-header >> binder/requirements.txt
 
 clean: ## remove the environment and everything that was made
 	rm -rf $(VENV) build dist out .coverage .hypothesis .import_linter_cache .mypy_cache \

@@ -129,6 +129,7 @@ def personalize(
     options: Options | None = None,
     *,
     progress: Progress = lambda step, done: None,
+    anatomy: Anatomy | None = None,
     **choices: Any,
 ) -> Personalization:
     """Fit a cubic Hermite mesh of the left ventricle, or of both, to a mask.
@@ -142,6 +143,9 @@ def personalize(
     progress : callable
         Called with the name of the running step and the share of it that is done. It cancels the
         run by raising `heartgen.errors.Cancelled`.
+    anatomy : Anatomy, optional
+        What `heartgen.anatomy.analyse` gave for this mask under the same options, if it was asked
+        before; it is not asked again.
     **choices
         Single options, such as ``lod=3``, that replace those of `options`.
 
@@ -155,7 +159,8 @@ def personalize(
         With one sentence that says what is wrong, where, and what to do.
     """
     options = replace(options or Options(), **choices)
-    return personalize_levels(mask, (options.lod,), options, progress=progress)[0]
+    levels = (options.lod,)
+    return personalize_levels(mask, levels, options, progress=progress, anatomy=anatomy)[0]
 
 
 def personalize_levels(
@@ -164,6 +169,7 @@ def personalize_levels(
     options: Options | None = None,
     *,
     progress: Progress = lambda step, done: None,
+    anatomy: Anatomy | None = None,
     **choices: Any,
 ) -> tuple[Personalization, ...]:
     """Fit a mask at several levels of detail; analysis, template and registration are shared.
@@ -176,6 +182,8 @@ def personalize_levels(
     options : Options, optional
         All but the level of detail.
     progress : callable
+        As for `personalize`.
+    anatomy : Anatomy, optional
         As for `personalize`.
     **choices
         Single options that replace those of `options`.
@@ -203,7 +211,7 @@ def _personalize(
     each = [replace(options, lod=lod) for lod in levels]
     clock = _Clock(progress)
     with clock.step("shape analysis"):
-        anatomy = analyse(mask, options.truncate, options.ventricles)
+        anatomy = anatomy or analyse(mask, options.truncate, options.ventricles)
     with clock.step("template"):
         template = _template(anatomy, options)
     with clock.step("registration") as done:

@@ -13,7 +13,7 @@ import typer
 
 from heartgen import __version__
 from heartgen.cli.outcome import appearing_together, check_folder, check_picture, errors, told
-from heartgen.errors import InputError, MeshError
+from heartgen.errors import HeartgenError, InputError, MeshError
 
 if TYPE_CHECKING:
     from heartgen.images import Mask
@@ -219,6 +219,64 @@ def demo(
         typer.echo(f"Open {out / 'index.html'} in a browser.")
 
 
+@app.command()
+def dashboard(
+    host: Annotated[
+        str, typer.Option(metavar="HOST", help="Address to serve on; 0.0.0.0 for all.")
+    ] = "localhost",
+    port: Annotated[
+        int | None,
+        typer.Option(
+            metavar="PORT", min=1, max=65535, show_default=False, help="8888 or the next free one."
+        ),
+    ] = None,
+    token: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WORD",
+            show_default=False,
+            help="Word that visitors have to know; made up if others can reach the page.",
+        ),
+    ] = None,
+    base_url: Annotated[
+        str, typer.Option(metavar="PATH", help="Where the page is, behind a proxy: /x/.")
+    ] = "/",
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open it.")] = False,
+    debug: Debug = False,
+) -> None:
+    """Serve the dashboard: mask in, mesh out, in a browser."""
+    with told(debug):
+        from heartgen.apps.server import Place, serve
+
+        base = f"/{base_url.strip('/')}/".replace("//", "/")
+        serve(Place(host, port, token, base, browser=not no_browser))
+
+
+@app.command()
+def view(
+    mesh: Annotated[
+        Path, typer.Argument(metavar="MESH", show_default=False, help="mesh.vtu of a result.")
+    ],
+    mask: Annotated[
+        Path | None,
+        typer.Argument(metavar="[MASK]", show_default=False, help="The mask it was made of."),
+    ] = None,
+    port: Annotated[int, typer.Option(metavar="PORT", min=0, max=65535, help="0: any.")] = 0,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open it.")] = False,
+    debug: Debug = False,
+) -> None:
+    """Show a mesh in the browser, with its mask."""
+    with told(debug):
+        try:
+            from heartgen.apps.standalone import view_files
+        except ModuleNotFoundError as error:
+            raise HeartgenError(
+                f"the view needs the package {error.name}, which is not installed: "
+                "pip install 'heartgen[apps]'"
+            ) from error
+        view_files(mesh, mask, port, browser=not no_browser)
+
+
 @app.callback(invoke_without_command=True)
 def _version(
     version: Annotated[
@@ -278,6 +336,7 @@ def _read(
 ) -> Mask:
     """Read a mask, or the myocardium of a label map."""
     from heartgen.images import read_labels, read_mask
+    from heartgen.images.schemes import label_from_text, scheme_from_text
     from heartgen.images.ventricles import RV_WALL
 
     if labels is not None and label:
@@ -288,31 +347,10 @@ def _read(
     if labels is None and rv_wall is not None:
         raise InputError(f"{path}: --rv-wall needs a label map: say what its labels are: --labels")
     if labels is None:
-        return read_mask(path, label=[_number(text) for text in label] if label else None)
+        return read_mask(path, label=[*map(label_from_text, label)] if label else None)
     thickness = RV_WALL if rv_wall is None else rv_wall
     which: Any = ventricles  # read_labels refuses words it does not know
-    return read_labels(path, _scheme(labels), ventricles=which, rv_wall=thickness)
-
-
-def _scheme(text: str) -> str | dict[str, list[int | str]]:
-    """The name of a scheme, or roles and their labels, from role=label,role=label."""
-    if "=" not in text:
-        return text
-    roles: dict[str, list[int | str]] = {}
-    for part in text.split(","):
-        role, _, label = part.partition("=")
-        if not label.strip():
-            raise InputError(
-                f"labels {text!r} are not roles with their labels: write them like "
-                "lv_myocardium=2,lv_pool=3,rv_pool=1"
-            )
-        roles.setdefault(role.strip(), []).append(_number(label.strip()))
-    return roles
-
-
-def _number(text: str) -> int | str:
-    """A label by its number if it is one, else by its name."""
-    return int(text) if re.fullmatch(r"-?\d+", text) else text
+    return read_labels(path, scheme_from_text(labels), ventricles=which, rv_wall=thickness)
 
 
 def _write_mask(mask: Mask, path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -9,6 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from heartgen.errors import InputError
 from heartgen.images.faces import shared_faces
 from heartgen.images.files import refuse
 from heartgen.images.labels import describe_present, find_labels
@@ -127,6 +129,42 @@ def find_scheme(labelling: Labelling, names: Mapping[int, str], image: str) -> S
             f"themselves, such as {EXAMPLE}.",
         )
     return SCHEMES[name]
+
+
+def scheme_from_text(text: str) -> Labelling:
+    """Read a scheme as a user writes it.
+
+    Parameters
+    ----------
+    text : str
+        The name of a scheme, or roles and their labels: ``role=label,role=label``.
+
+    Returns
+    -------
+    Labelling
+        A role may be given more than once; a label that is no number is taken for a name.
+
+    Raises
+    ------
+    InputError
+        If a role has no label.
+    """
+    if "=" not in text:
+        return text
+    roles: dict[str, list[int | str]] = {}
+    for part in text.split(","):
+        role, _, label = part.partition("=")
+        if not label.strip():
+            raise InputError(
+                f"labels {text!r} are not roles with their labels: write them like {EXAMPLE}"
+            )
+        roles.setdefault(role.strip(), []).append(label_from_text(label))
+    return roles
+
+
+def label_from_text(text: str) -> int | str:
+    """Read a label: by its number if it is one, else by its name."""
+    return int(text) if re.fullmatch(r"\s*-?\d+\s*", text) else text.strip()
 
 
 def guess_scheme(

@@ -63,7 +63,7 @@ def view_html(result: Personalization, path: str | Path) -> Path:
     scale = colour_scale("error")
     plotter: Any = plot(result, color="error", off_screen=True)
     plotter.remove_scalar_bar()
-    scene = _viewer(plotter)
+    scene = scene_page(plotter)
     plotter.close()
     template = files("heartgen.viewing").joinpath("page.html").read_text(encoding="utf-8")
     text = Template(template).substitute(_fields(result.report, scale), scene=html.escape(scene))
@@ -105,8 +105,8 @@ def _section(section: Section) -> str:
     return f"<section><h2>{html.escape(section.title)}</h2><table>{rows}</table></section>"
 
 
-def _viewer(plotter: pv.Plotter) -> str:
-    """The page of vtk.js that shows a scene, all in one text."""
+def scene_page(plotter: pv.Plotter) -> str:
+    """Make a page of vtk.js that shows what a plotter holds, all in one text."""
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("index.json", json.dumps(_scene(plotter.render_window)))

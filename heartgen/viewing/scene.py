@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 import pyvista as pv
+from numpy.typing import NDArray
 
 from heartgen.errors import HeartgenError, InputError
 from heartgen.viewing.card import SURFACE_NAMES
@@ -24,6 +25,7 @@ from heartgen.viewing.surfaces import (
 if TYPE_CHECKING:
     from heartgen.pipeline import Personalization
 
+Array = NDArray[np.float64]
 Colour = Literal["error", "quality", "region"]
 
 ERROR_LIMIT = 1.0
@@ -167,10 +169,15 @@ def plot(
     return cast("pv.Plotter", plotter)
 
 
+def can_render(plotter: Any) -> bool:
+    """Whether there is a graphics library to draw with."""
+    last_resort = plotter.render_window.GetClassName() == "vtkOSOpenGLRenderWindow"
+    return not last_resort or find_library("OSMesa") is not None
+
+
 def _require_graphics(plotter: Any) -> None:
     """Refuse to draw where VTK would crash: it falls back on OSMesa even where there is none."""
-    last_resort = plotter.render_window.GetClassName() == "vtkOSOpenGLRenderWindow"
-    if last_resort and find_library("OSMesa") is None:
+    if not can_render(plotter):
         raise HeartgenError(
             "pictures of the mesh need a graphics library, and this machine has none: install "
             "libegl1 and libgl1-mesa-dri, or make a page with view_html and open it in a browser"
@@ -226,16 +233,32 @@ def _add_mask(plotter: pv.Plotter, result: Personalization, error_limit: float) 
     actor.ForceTranslucentOn()
 
 
-def _place_camera(plotter: pv.Plotter, result: Personalization) -> None:
-    """Look at the mesh from the side and a little from above, the base up."""
-    points = result.anatomy.to_heart(result.mesh.lagrange_points().reshape(-1, 3))
+def camera_around(points: Array) -> tuple[Array, Array]:
+    """Place the camera so that points are in view.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        mm, heart frame.
+
+    Returns
+    -------
+    eye, centre : (3,) float64
+        Where the camera is, and what it looks at.
+    """
     centre = (points.min(0) + points.max(0)) / 2
     radius = float(np.linalg.norm(points - centre, axis=1).max())
     around, above = np.radians([AZIMUTH, ELEVATION])
     towards = np.array(
         [np.cos(around) * np.cos(above), np.sin(around) * np.cos(above), np.sin(above)]
     )
-    eye = centre + FILL * radius / np.sin(np.radians(VIEW_ANGLE / 2)) * towards
+    return centre + FILL * radius / np.sin(np.radians(VIEW_ANGLE / 2)) * towards, centre
+
+
+def _place_camera(plotter: pv.Plotter, result: Personalization) -> None:
+    """Look at the mesh from the side and a little from above, the base up."""
+    points = result.anatomy.to_heart(result.mesh.lagrange_points().reshape(-1, 3))
+    eye, centre = camera_around(points)
     place = result.anatomy.to_world(np.stack([centre, eye]))
     plotter.camera.focal_point = place[0]
     plotter.camera.position = place[1]

@@ -25,6 +25,9 @@ SIZE = (12.0, 5.5)
 PIXELS = 420
 """Samples along each side of a slice: finer than the print."""
 
+SMALL, SMALL_PIXELS = 3.6, 220
+"""Side of a slice that stands alone, inches, and its samples along each side."""
+
 MARGIN = 0.12
 """Empty room around the heart, over its largest extent."""
 
@@ -62,10 +65,49 @@ class Slice:
 
 
 SLICES = (
-    Slice("long axis, across the wider side", 0, 2),
-    Slice("long axis, across the narrower side", 1, 2),
+    Slice("long axis, wider side", 0, 2),
+    Slice("long axis, narrower side", 1, 2),
     Slice("short axis, at the thin line", 0, 1),
 )
+
+
+@dataclass(frozen=True)
+class SliceView:
+    """A mask to be cut along the axes of its heart, or of its image where no heart is known.
+
+    Attributes
+    ----------
+    mask : Mask
+    anatomy : Anatomy or None
+    frame : (4, 4) float64
+        From the view to the world (LPS), mm.
+    low, high : (3,) float64
+        Corners of what is shown, mm, frame of the view.
+    centre : (3,) float64
+        Where the slices meet at first, mm, frame of the view.
+    """
+
+    mask: Mask
+    anatomy: Anatomy | None
+    frame: Array
+    low: Array
+    high: Array
+    centre: Array
+
+
+def slice_view(mask: Mask, anatomy: Anatomy | None = None) -> SliceView:
+    """Prepare a mask to be cut: along the heart's axes, or the image's if there is no anatomy."""
+    if anatomy is None:
+        frame = mask.affine.copy()
+        frame[:3, :3] /= mask.spacing
+    else:
+        frame = anatomy.frame
+    index = np.argwhere(mask.voxels).astype(float)
+    points = (mask.to_world(index) - frame[:3, 3]) @ frame[:3, :3]
+    low, high = points.min(0), points.max(0)
+    room = MARGIN * float((high - low).max())
+    centre = (low + high) / 2 if anatomy is None else _pool_centre(anatomy)
+    return SliceView(mask, anatomy, frame, low - room, high + room, centre)
 
 
 def draw_slices(mask: Mask, anatomy: Anatomy) -> Figure:
@@ -82,68 +124,86 @@ def draw_slices(mask: Mask, anatomy: Anatomy) -> Figure:
     matplotlib.figure.Figure
         Not bound to any window; ``figure.savefig(path)`` writes it.
     """
-    low, high = _box(mask, anatomy)
-    centre = _pool_centre(anatomy)
+    view = slice_view(mask, anatomy)
     figure = Figure(figsize=SIZE, layout="constrained", facecolor="white")
-    widths = [high[s.across] - low[s.across] for s in SLICES]
+    widths = [view.high[s.across] - view.low[s.across] for s in SLICES]
     panels = figure.subplots(1, len(SLICES), width_ratios=widths)
     for axes, slice_ in zip(panels, SLICES, strict=True):
-        _draw(axes, slice_, mask, anatomy, centre, low, high)
+        _draw(axes, slice_, view, view.centre, PIXELS)
+        if slice_.up == 2:
+            axes.axhline(view.centre[2], color=AXIS, linewidth=LINE / 2, alpha=0.35)
+        axes.set(title=slice_.title)
+        axes.set(xlabel=f"{AXES[slice_.across]} (mm)", ylabel=f"{AXES[slice_.up]} (mm)")
+        axes.title.set_fontsize("medium")
     figure.suptitle(f"{mask.name}   ({_sizes(anatomy)})", fontsize="medium")
     figure.legend(handles=_key(anatomy), loc="outside lower center", ncols=6, frameon=False)
     return figure
 
 
-def _draw(
-    axes: Axes,
-    slice_: Slice,
-    mask: Mask,
-    anatomy: Anatomy,
-    centre: Array,
-    low: Array,
-    high: Array,
-) -> None:
-    """One slice: the voxels, the surfaces, the basal plane and the long axis."""
+def draw_slice(view: SliceView, slice_: Slice, position: float) -> Figure:
+    """Draw one slice, without words around it.
+
+    Parameters
+    ----------
+    view : SliceView
+    slice_ : Slice
+    position : float
+        Along the axis across the slice, mm, frame of the view.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Not bound to any window.
+    """
+    across = 3 - slice_.across - slice_.up
+    centre = view.centre.copy()
+    centre[across] = position
+    figure = Figure(figsize=(SMALL, SMALL), facecolor="white")
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    _draw(axes, slice_, view, centre, SMALL_PIXELS)
+    middle = (view.low + view.high) / 2
+    half = float((view.high - view.low).max()) / 2
     i, j = slice_.across, slice_.up
-    across, up = (np.linspace(low[a], high[a], PIXELS) for a in (i, j))
-    points = np.tile(centre, (PIXELS, PIXELS, 1))
+    axes.set(xlim=(middle[i] - half, middle[i] + half), ylim=(middle[j] - half, middle[j] + half))
+    axes.set_axis_off()
+    return figure
+
+
+def _draw(axes: Axes, slice_: Slice, view: SliceView, centre: Array, pixels: int) -> None:
+    """One slice: the voxels, the surfaces, the basal plane and the long axis."""
+    mask, anatomy, low, high = view.mask, view.anatomy, view.low, view.high
+    i, j = slice_.across, slice_.up
+    across, up = (np.linspace(low[a], high[a], pixels) for a in (i, j))
+    points = np.tile(centre, (pixels, pixels, 1))
     points[..., i], points[..., j] = np.meshgrid(across, up)
-    world = anatomy.to_world(points.reshape(-1, 3))
+    world = points.reshape(-1, 3) @ view.frame[:3, :3].T + view.frame[:3, 3]
     index = mask.to_index(world)
     voxels = ndi.map_coordinates(mask.voxels.astype(np.uint8), index.T, order=0)
     extent = (low[i], high[i], low[j], high[j])
     axes.imshow(
-        voxels.reshape(PIXELS, PIXELS),
+        voxels.reshape(pixels, pixels),
         cmap=ListedColormap(["white", MYOCARDIUM]),
         extent=extent,
         origin="lower",
         vmin=0,
         vmax=1,
     )
+    axes.set(xlim=extent[:2], ylim=extent[2:])
+    axes.spines[["top", "right"]].set_visible(False)
+    if anatomy is None:
+        return
     for name, colour in SURFACES.items():
         if name not in anatomy.surfaces:
             continue
-        level = anatomy.surfaces[name].sample(world)[0].reshape(PIXELS, PIXELS)
+        level = anatomy.surfaces[name].sample(world)[0].reshape(pixels, pixels)
         level[points[..., 2] > 0] = np.nan  # beyond the base a surface means nothing
-        axes.contour(across, up, level, levels=[0.0], colors=colour, linewidths=LINE)
+        if np.nanmin(level, initial=1.0) < 0 < np.nanmax(level, initial=-1.0):
+            axes.contour(across, up, level, levels=[0.0], colors=colour, linewidths=LINE)
     if j == 2:
         axes.axhline(0.0, color=BASE, linewidth=LINE)
         axes.plot([0, 0], [-anatomy.length, 0], color=AXIS, linestyle=DASHES)
-        axes.axhline(centre[2], color=AXIS, linewidth=LINE / 2, alpha=0.35)
     else:
         axes.plot(0, 0, "+", color=AXIS, markersize=10)
-    axes.set(title=slice_.title, xlabel=f"{AXES[i]} (mm)", ylabel=f"{AXES[j]} (mm)")
-    axes.set(xlim=extent[:2], ylim=extent[2:])
-    axes.title.set_fontsize("medium")
-    axes.spines[["top", "right"]].set_visible(False)
-
-
-def _box(mask: Mask, anatomy: Anatomy) -> tuple[Array, Array]:
-    """Corners of the mask in the heart's frame, with a margin, mm."""
-    points = anatomy.to_heart(mask.to_world(np.argwhere(mask.voxels).astype(float)))
-    low, high = points.min(0), points.max(0)
-    room = MARGIN * float((high - low).max())
-    return low - room, high + room
 
 
 def _pool_centre(anatomy: Anatomy) -> Array:
@@ -167,12 +227,17 @@ def _sizes(anatomy: Anatomy) -> str:
     return ", ".join(parts)
 
 
-def _key(anatomy: Anatomy) -> list[Patch | Line2D]:
-    """What the colours mean."""
+def line_colours(anatomy: Anatomy) -> dict[str, str]:
+    """Name what the lines of a slice are, and their colours."""
     named = {
         SURFACE_NAMES[name]: colour for name, colour in SURFACES.items() if name in anatomy.surfaces
     }
-    named["end of the mesh at the base"] = BASE
+    return {**named, "end of the mesh at the base": BASE}
+
+
+def _key(anatomy: Anatomy) -> list[Patch | Line2D]:
+    """What the colours mean."""
+    named = line_colours(anatomy)
     lines = [Line2D([], [], color=c, linewidth=LINE, label=name) for name, c in named.items()]
     axis = Line2D([], [], color=AXIS, linestyle=DASHES, label="long axis")
     return [Patch(color=MYOCARDIUM, label="mask"), *lines, axis]

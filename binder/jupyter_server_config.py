@@ -1,0 +1,15 @@
+"""Settings of Jupyter's server for the dashboard, of which Binder runs one for each visitor."""
+
+c = get_config()  # noqa: F821
+
+# Jupyter drops what exceeds its defaults, 10 MB a message and 1 MB a second, without a word.
+c.ServerApp.tornado_settings = {"websocket_max_message_size": 64 * 1024 * 1024}
+c.ZMQChannelsWebsocketConnection.iopub_data_rate_limit = 1e9
+
+# A kernel without a page is ended after ten minutes, and what was uploaded to it removed.
+c.MappingKernelManager.cull_idle_timeout = 600
+c.MappingKernelManager.cull_interval = 60
+
+c.VoilaConfiguration.strip_sources = True
+c.VoilaConfiguration.show_tracebacks = False
+c.VoilaConfiguration.theme = "light"

@@ -1,0 +1,107 @@
+"""What the user chooses before a run, as traits that know no widget."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, cast
+
+from traitlets import Bool, CFloat, Enum, HasTraits, Int, Unicode
+
+from heartgen.options import Options
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One of several kinds to choose from: of topology, or of basis."""
+
+    key: str
+    title: str
+    explanation: str
+
+
+TOPOLOGIES = (
+    Kind("collapsed", "Collapsed apex", "The elements of the lowest row end in the pole."),
+)
+
+BASES = (
+    Kind("hermite", "Cubic Hermite", "Smooth across elements: positions and derivatives at nodes."),
+)
+
+VENTRICLES = {
+    "auto": "Found by itself",
+    "lv": "Left ventricle",
+    "biv": "Both ventricles",
+}
+
+TRUNCATIONS = {"auto": "Where valves rise", "off": "Never", "distance": "By a distance"}
+
+LEVELS = {
+    1: "most stable",
+    2: "",
+    3: "a good balance",
+    4: "",
+    5: "most accurate",
+}
+
+MOST_ELEMENTS = (6, 48, 36)
+"""Elements (radial, circumferential, longitudinal) that the page offers at most: three times the
+usual ones, which is minutes of work."""
+
+
+class Choices(HasTraits):
+    """Options of the next run; `options` turns them into those of heartgen.
+
+    Attributes
+    ----------
+    lod : int
+        Level of detail, 1 to 5.
+    ventricles : {"auto", "lv", "biv"}
+    default_elements : bool
+        Leave the numbers of elements to heartgen.
+    radial, circumferential, longitudinal : int
+        Elements, if not.
+    truncation : {"auto", "off", "distance"}
+    distance : float
+        Below the basal plane, mm, if truncation is by a distance.
+    quality : float
+        Weight of quality against accuracy.
+    enhance, refine : bool
+    topology, basis : str
+    """
+
+    lod = Int(1, min=1, max=5)
+    ventricles = Enum(list(VENTRICLES), "auto")
+    default_elements = Bool(True)
+    radial = Int(1, min=1, max=MOST_ELEMENTS[0])
+    circumferential = Int(12, min=3, max=MOST_ELEMENTS[1])
+    longitudinal = Int(6, min=1, max=MOST_ELEMENTS[2])
+    truncation = Enum(list(TRUNCATIONS), "auto")
+    distance = CFloat(5.0, min=0.0, max=40.0)
+    quality = CFloat(1.0, min=0.1, max=10.0)
+    enhance = Bool(True)
+    refine = Bool(True)
+    topology = Unicode(TOPOLOGIES[0].key)
+    basis = Unicode(BASES[0].key)
+
+    def options(self) -> Options:
+        """Options for heartgen; raises InputError where they contradict each other."""
+        elements = (int(self.radial), int(self.circumferential), int(self.longitudinal))
+        truncate = self.distance if self.truncation == "distance" else self.truncation
+        return Options(
+            lod=int(self.lod),
+            elements=None if self.default_elements else elements,
+            ventricles=cast("Any", self.ventricles),
+            refine=bool(self.refine),
+            quality=float(self.quality),
+            truncate=cast("Any", truncate),
+            enhance=bool(self.enhance),
+        )
+
+
+def changed_options(options: Options) -> dict[str, Any]:
+    """Those options that are not heartgen's defaults, the level of detail always among them."""
+    defaults = Options()
+    names = [name for name in vars(options) if getattr(options, name) != getattr(defaults, name)]
+    return {
+        name: getattr(options, name) for name in vars(options) if name == "lod" or name in names
+    }

@@ -1,0 +1,179 @@
+"""What a mesh can be coloured by. A new quantity is one more entry of `COLOURINGS`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import matplotlib
+import numpy as np
+from matplotlib.colors import to_hex, to_rgb
+from numpy.typing import NDArray
+
+from heartgen.mesh import HexMesh
+from heartgen.mesh.jacobian import jacobian_ratio
+from heartgen.viewing.card import SURFACE_NAMES
+from heartgen.viewing.scene import MESH, REGION_COLOURS, Scale, colour_scale
+from heartgen.viewing.surfaces import to_mask
+
+if TYPE_CHECKING:
+    from heartgen.pipeline import Personalization
+
+Array = NDArray[np.float64]
+Colours = NDArray[np.uint8]
+
+STOPS = 12
+"""Colours of a key between which a browser interpolates; the maps are smooth."""
+
+NICE_LIMITS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
+"""Ends of the error's colour scale, mm."""
+
+ROOM = 2.0
+"""End of the error's scale over the 95th percentile of the result's, at least."""
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A surface to be coloured.
+
+    Attributes
+    ----------
+    result : Personalization
+    mesh : HexMesh
+        At the stage that is shown.
+    points : (n, 3) float64
+        Of all external faces, equally many on each, mm, world (LPS).
+    """
+
+    result: Personalization
+    mesh: HexMesh
+    points: Array
+
+    def of_faces(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Values of the external faces, (f,), at their points, (n,)."""
+        return np.repeat(values, len(self.points) // len(values))
+
+    @cached_property
+    def error(self) -> Array:
+        """Distance to the mask, (n,) mm."""
+        return to_mask(self.points, self.result.anatomy.myocardium)
+
+    @cached_property
+    def quality(self) -> Array:
+        """Jacobian ratio of every element, (e,)."""
+        return np.asarray(jacobian_ratio(self.mesh))
+
+    @cached_property
+    def region(self) -> NDArray[np.intp]:
+        """Place of the surface of every external face in the topology's, (f,)."""
+        sizes = [len(part) for part in self.mesh.topology.surfaces.values()]
+        return np.repeat(np.arange(len(sizes)), sizes)
+
+
+@dataclass(frozen=True)
+class Painted:
+    """Colours of a surface, and their key.
+
+    Attributes
+    ----------
+    rgb : (n, 3) uint8
+        Of the points.
+    inside : callable
+        Colours (m, 3) of elements (m,) where the wall is cut open.
+    title : str
+    scale : Scale or None
+        Of a quantity.
+    stops : tuple of str
+        Colours of the scale from its low to its high end.
+    names : tuple of (str, str)
+        Colour and name of each class, where there are classes.
+    """
+
+    rgb: Colours
+    inside: Callable[[NDArray[np.intp]], Colours]
+    title: str
+    scale: Scale | None = None
+    stops: tuple[str, ...] = ()
+    names: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Colouring:
+    """A quantity to colour by.
+
+    Attributes
+    ----------
+    title, explanation : str
+    paint : callable
+        Colours of a patch; the second argument is the end of the error's scale, if one was chosen.
+    """
+
+    title: str
+    explanation: str
+    paint: Callable[[Patch, float | None], Painted]
+
+
+def nice_limit(p95: float) -> float:
+    """End of a scale that suits a 95th percentile of the error, mm."""
+    return next((limit for limit in NICE_LIMITS if limit >= ROOM * p95), NICE_LIMITS[-1])
+
+
+def _by_error(patch: Patch, limit: float | None) -> Painted:
+    limit = limit or nice_limit(patch.result.report.accuracy.p95)
+    scale = colour_scale("error", limit)
+    return _scaled(patch.error, _plain, scale)
+
+
+def _by_quality(patch: Patch, limit: float | None) -> Painted:
+    scale = colour_scale("quality")
+    faces = patch.mesh.topology.external
+    return _scaled(
+        patch.of_faces(patch.quality[faces[:, 0]]),
+        lambda elements: _mapped(patch.quality[elements], scale),
+        scale,
+    )
+
+
+def _by_region(patch: Patch, limit: float | None) -> Painted:
+    surfaces = list(patch.mesh.topology.surfaces)
+    colours = np.array([_rgb(REGION_COLOURS[name]) for name in surfaces], dtype=np.uint8)
+    return Painted(
+        rgb=colours[patch.of_faces(patch.region)],
+        inside=_plain,
+        title="surface",
+        names=tuple((REGION_COLOURS[name], SURFACE_NAMES[name]) for name in surfaces),
+    )
+
+
+COLOURINGS = {
+    "error": Colouring("Error", "Distance from the mesh to the mask, mm", _by_error),
+    "quality": Colouring("Quality Q", "Jacobian ratio of each element, 1 is best", _by_quality),
+    "region": Colouring("Surface", "Endocardium, epicardium, base", _by_region),
+}
+
+
+def _scaled(values: Array, inside: Callable[[NDArray[np.intp]], Colours], scale: Scale) -> Painted:
+    """Colours of values on a scale."""
+    colours = matplotlib.colormaps[scale.colours]
+    stops = tuple(to_hex(colours(i / (STOPS - 1))) for i in range(STOPS))
+    return Painted(_mapped(values, scale), inside, scale.title, scale, stops)
+
+
+def _mapped(values: Array, scale: Scale) -> Colours:
+    """Colours (n, 3) of values (n,) on a scale."""
+    low, high = scale.limits
+    share = np.clip((values - low) / (high - low), 0, 1)
+    rgba = matplotlib.colormaps[scale.colours](share, bytes=True)
+    return np.asarray(rgba[:, :3], dtype=np.uint8)
+
+
+def _plain(elements: NDArray[np.intp]) -> Colours:
+    """The colour of the mesh for every element."""
+    return np.tile(_rgb(MESH), (len(elements), 1))
+
+
+def _rgb(colour: str) -> Colours:
+    """A colour as bytes (3,)."""
+    return np.round(255 * np.array(to_rgb(colour))).astype(np.uint8)

@@ -1,0 +1,173 @@
+"""The page: the panels in their places, one session behind them."""
+
+from __future__ import annotations
+
+import asyncio
+import atexit
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import ipywidgets as widgets
+
+from heartgen import __version__
+from heartgen.apps.cases import sample_choices
+from heartgen.apps.panels.judge import JudgePanel
+from heartgen.apps.panels.look import LookPanel
+from heartgen.apps.panels.options import OptionsPanel
+from heartgen.apps.panels.running import RunPanel
+from heartgen.apps.panels.slices import SlicesPanel
+from heartgen.apps.panels.source import SourcePanel
+from heartgen.apps.panels.take import TakePanel
+from heartgen.apps.parts import button, classed, text
+from heartgen.apps.runs import Post
+from heartgen.apps.session import Session
+from heartgen.errors import InputError
+
+STYLE = Path(__file__).parent / "web" / "style.css"
+
+FIRST = "lifelike"
+"""Sample that is loaded when the page opens."""
+
+HEADER = (
+    "<h1>heartgen</h1><p>From a segmentation of the heart to a personalised cubic Hermite mesh</p>"
+)
+
+FOOTER = (
+    f"Research use, not for diagnosis · heartgen {__version__} · method of Lamata et al. (2014) · "
+    "what you upload stays in your own session and is removed when it ends"
+)
+
+
+def dashboard(sample: str | None = FIRST) -> widgets.Widget:
+    """Make the dashboard.
+
+    Parameters
+    ----------
+    sample : str or None
+        Sample to load as soon as the page is on the screen.
+
+    Returns
+    -------
+    ipywidgets.Widget
+        Show it as the last line of a notebook's cell. Its `session` is the state behind the page.
+
+    Raises
+    ------
+    InputError
+        If there is no such sample.
+    """
+    if sample is not None and sample not in (name for _, name in sample_choices()):
+        raise InputError(f"There is no sample {sample!r}; see heartgen.samples.names().")
+    page = Page(sample)
+    page.widget.session = page.session
+    page.widget.page = page
+    return page.widget
+
+
+class Page:
+    """All panels, and which of them is in the middle."""
+
+    def __init__(self, first: str | None = None) -> None:
+        self.session = Session(_post())
+        atexit.register(self.session.close)
+        session = self.session
+        self.source = SourcePanel(session, first)
+        self.options = OptionsPanel(session)
+        self.running = RunPanel(session)
+        self.panels: dict[str, Any] = {
+            "input": SlicesPanel(session),
+            "look": LookPanel(session),
+            "judge": JudgePanel(session),
+            "take": TakePanel(session),
+        }
+        self.tabs = {
+            key: button(title, tip, partial(self.turn_to, key), f"hg-tab hg-tab-{key}")
+            for key, title, tip in (
+                ("input", "1 Slices", "The mask in three slices, and what the checks found"),
+                ("look", "4 Look", "The heart in 3-D"),
+                ("judge", "5 Judge", "How good the mesh is"),
+                ("take", "6 Take away", "Download the mesh"),
+            )
+        }
+        side = [self.source.widget, self.options.widget, self.running.widget]
+        middle = [
+            classed(widgets.HBox(list(self.tabs.values())), "hg-tabs"),
+            *(panel.widget for panel in self.panels.values()),
+        ]
+        self.widget = classed(
+            widgets.VBox(
+                [
+                    text(f"<style>{STYLE.read_text(encoding='utf-8')}</style>", "hg-style"),
+                    text(HEADER, "hg-header"),
+                    classed(
+                        widgets.HBox(
+                            [
+                                classed(widgets.VBox(side), "hg-side"),
+                                classed(widgets.VBox(middle), "hg-main"),
+                            ]
+                        ),
+                        "hg-body",
+                    ),
+                    text(FOOTER, "hg-footer"),
+                ]
+            ),
+            "hg-app",
+        )
+        session.observe(self._mark, "states")
+        session.observe(self._start_view, ["anatomy"])
+        session.observe(self._follow, ["shown"])
+        session.observe(self._complain, ["complaint", "case"])
+        self.turn_to("input")
+        self._task: asyncio.Task[None] | None = None
+
+    def turn_to(self, key: str) -> None:
+        """Put a panel into the middle."""
+        for name, panel in self.panels.items():
+            panel.widget.layout.display = "" if name == key else "none"
+            tab = self.tabs[name]
+            (tab.add_class if name == key else tab.remove_class)("hg-open")
+
+    def _mark(self, _: Any) -> None:
+        """Show on the tabs how their steps stand."""
+        for key, tab in self.tabs.items():
+            phase = self.session.states[key].phase
+            for name in ("blocked", "ready", "running", "done", "failed"):
+                (tab.add_class if name == phase else tab.remove_class)(f"hg-is-{name}")
+
+    def _follow(self, change: Any) -> None:
+        """Show the first mesh of a case as soon as it is there."""
+        if change["new"] is not None and change["old"] is None:
+            self.turn_to("look")
+
+    def _complain(self, change: Any) -> None:
+        """Show a new input, or why it was refused."""
+        if change["new"]:
+            self.turn_to("input")
+
+    def _start_view(self, _: Any) -> None:
+        """Start the 3-D view once there is something to see; its libraries take long to load."""
+        if self._task is not None:
+            return
+        look = self.panels["look"]
+        try:
+            loop = asyncio.get_running_loop()
+        except RuntimeError:
+            return
+        self._task = loop.create_task(look.start())
+        self._task.add_done_callback(self._view_started)
+
+    def _view_started(self, task: asyncio.Task[None]) -> None:
+        """Say so if the view could not be started."""
+        if not task.cancelled() and (error := task.exception()) is not None:
+            look = self.panels["look"]
+            sentence = f"The 3-D view could not be started ({type(error).__name__}: {error})."
+            look.place.children = (text(sentence, "hg-notice"),)
+
+
+def _post() -> Post | None:
+    """Where the state may be changed: on the kernel's loop, if there is one."""
+    try:
+        return asyncio.get_running_loop().call_soon_threadsafe
+    except RuntimeError:
+        return None

@@ -1,0 +1,178 @@
+"""Step 4: the heart in 3-D, through the stages of the pipeline, coloured and cut as one likes."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import ipywidgets as widgets
+
+from heartgen.apps.parts import choose, classed, head, row, text
+from heartgen.apps.session import Session
+
+LIMITS = (("automatic", 0.0), ("0.5 mm", 0.5), ("1 mm", 1.0), ("2 mm", 2.0), ("5 mm", 5.0))
+
+STAGES = (
+    ("Template", "template"),
+    ("Registered", "registered"),
+    ("Warped", "warped"),
+    ("Enhanced", "enhanced"),
+    ("Refined", "refined"),
+)
+"""As in `heartgen.apps.scene`, which waits for VTK; a test compares. So do the next ones."""
+
+COLOURS = (("Error", "error"), ("Quality Q", "quality"), ("Surface", "region"))
+MASKS = (("Where it differs", "misfit"), ("All of it", "whole"), ("Hidden", "off"))
+CUTS = (
+    ("No cut", "off"),
+    ("Long axis, 1", "x"),
+    ("Long axis, 2", "y"),
+    ("Short axis", "z"),
+)
+
+
+class LookPanel:
+    """Controls of the 3-D view, and its key."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.view: Any = None
+        self._case: Any = None
+        self._pool = ThreadPoolExecutor(1, thread_name_prefix="heartgen-view")
+        self._ask = 0
+        self.stage = row(
+            "Stage",
+            widgets.ToggleButtons(options=STAGES, value="refined"),
+            "The mesh on its way: template, registered, warped, enhanced, refined",
+        )
+        self.stage.tooltips = [f"Show the mesh: {title.lower()}" for title, _ in STAGES]
+        self.colour = choose(COLOURS, "error", "Colour by", "What the colours of the mesh show")
+        self.limit = choose(
+            LIMITS, 0.0, "Scale ends at", "Distance at the end of the error's colour scale"
+        )
+        self.mask = choose(MASKS, "misfit", "Mask", "The mask's surface, translucent")
+        self.cut = choose(CUTS, "off", "Cut", "Cut the heart open along one of its axes")
+        self.position = row(
+            "At",
+            widgets.FloatSlider(
+                0.5, min=0.02, max=0.98, step=0.02, continuous_update=False, readout=False
+            ),
+            "Place of the cut",
+        )
+        self.edges = classed(widgets.Checkbox(True, indent=False), "hg-row")
+        self.edges.description = "Element edges"
+        self.edges.tooltip = "Show the edges of the elements"
+        self.key = text("", "hg-scale")
+        self.place = classed(
+            widgets.Box([text("The 3-D view is starting …", "hg-notice")]), "hg-view"
+        )
+        controls = [self.colour, self.limit, self.mask, self.cut, self.position, self.edges]
+        for control in (self.stage, *controls):
+            control.observe(self._draw, "value")
+        session.observe(self._draw, ["anatomy", "shown"])
+        self.widget = classed(
+            widgets.VBox(
+                [
+                    head(session, "look"),
+                    classed(self.stage, "hg-stages"),
+                    self.place,
+                    self.key,
+                    classed(widgets.HBox(controls), "hg-controls"),
+                ]
+            ),
+            "hg-panel hg-look",
+        )
+        self._controls = [self.stage, *controls]
+        self._enable()
+
+    async def start(self) -> None:
+        """Start the 3-D view; the page is on the screen by then."""
+        import asyncio
+
+        loop = asyncio.get_running_loop()
+        await loop.run_in_executor(self._pool, _import_scene)
+        from heartgen.apps.viewer import HeartView
+
+        self.view = HeartView()
+        await self.view.start()
+        self.place.children = (self.view.widget,)
+        self._draw()
+
+    def _enable(self) -> None:
+        """Only what is of use can be changed."""
+        there = self.session.shown is not None
+        for control in self._controls:
+            control.disabled = not there
+        self.limit.disabled = not there or self.colour.value != "error"
+        self.position.disabled = not there or self.cut.value == "off"
+
+    def _draw(self, _: Any = None) -> None:
+        """Have the scene made in the thread, then show it."""
+        self._enable()
+        session = self.session
+        if self.view is None or session.anatomy is None:
+            return
+        self._ask += 1
+        self._pool.submit(self._make, self._ask, session.shown, session.anatomy, self._wanted())
+
+    def _wanted(self) -> dict[str, Any]:
+        """What the controls ask for."""
+        return {
+            "stage": self.stage.value,
+            "colour": self.colour.value,
+            "mask": self.mask.value,
+            "edges": self.edges.value,
+            "cut": self.cut.value,
+            "position": self.position.value,
+            "limit": self.limit.value or None,
+        }
+
+    def _make(self, ask: int, shown: Any, anatomy: Any, wanted: dict[str, Any]) -> None:
+        """In the thread: make the scene; the newest only."""
+        from heartgen.apps.scene import View, mask_scene, mesh_scene
+
+        if ask != self._ask:
+            return
+        try:
+            scene = mask_scene(anatomy) if shown is None else mesh_scene(shown, View(**wanted))
+        except Exception as error:
+            sentence = f"the view cannot be drawn ({type(error).__name__}: {error})"
+            self.session.post(lambda: setattr(self.key, "value", sentence))
+            return
+        self.session.post(lambda: self._show(ask, scene))
+
+    def _show(self, ask: int, scene: Any) -> None:
+        """On the loop: hand the scene to the view."""
+        if ask != self._ask:
+            return
+        case = self.session.case
+        self.view.show(scene, reset=case is not self._case)
+        self._case = case
+        self.key.value = key_html(scene.painted, self.mask.value != "off")
+
+
+def key_html(painted: Any, mask: bool) -> str:
+    """The key of the colours."""
+    if painted is None:
+        return '<span class="hg-class"><i class="hg-mask-mark"></i>mask</span>'
+    if painted.scale is not None:
+        low, high = painted.scale.limits
+        more = " or more" if painted.scale.colours == "viridis" else ""
+        key = (
+            f'<div class="hg-bar"><span>{painted.title}</span>'
+            f'<i style="background:linear-gradient(to right,{",".join(painted.stops)})"></i>'
+            f"<span><b>{low:g}</b><b>{(low + high) / 2:g}</b><b>{high:g}{more}</b></span></div>"
+        )
+    else:
+        key = "".join(
+            f'<span class="hg-class"><i style="background:{colour}"></i>{name}</span>'
+            for colour, name in painted.names
+        )
+    if mask:
+        key += '<span class="hg-class"><i class="hg-mask-mark"></i>mask</span>'
+    return key
+
+
+def _import_scene() -> None:
+    """Load VTK, which takes long, beside the kernel's loop."""
+    import heartgen.apps.viewer  # noqa: F401

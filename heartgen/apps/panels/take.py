@@ -1,0 +1,135 @@
+"""Step 6: the download, and the same in Python."""
+
+from __future__ import annotations
+
+import html
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import ipywidgets as widgets
+
+from heartgen.apps.parts import classed, head, text
+from heartgen.apps.session import Session, siblings
+from heartgen.apps.transfer import MEGABYTE, Download
+from heartgen.errors import HeartgenError
+
+FORMATS = {
+    "exf": "EX (.exf): OpenCMISS, zinc, scaffoldmaker; exact",
+    "vtu": "VTK (.vtu): ParaView, PyVista; exact, cubic cells",
+}
+"""What the mesh formats are called; a format without an entry is offered by its ending."""
+
+
+ALWAYS = "Always: report.json, manifest.json (options, versions, hashes), reproduce.py"
+
+
+class TakePanel:
+    """What goes into the zip."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self._pool = ThreadPoolExecutor(1, thread_name_prefix="heartgen-zip")
+        self.formats: dict[str, Any] = {}
+        self.boxes = widgets.VBox([])
+        self.report = _check("Report: a page with the 3-D view, opens anywhere", "Add report.html")
+        self.figures = _check("Pictures: slices, histograms, mesh", "Add pictures as PNG")
+        self.download = Download(
+            self._make, title="Download zip", hint="Make the archive and save it"
+        )
+        self.note = text("", "hg-note")
+        self.code = text("", "hg-code")
+        session.observe(self._draw, ["states", "shown"])
+        self.widget = classed(
+            widgets.VBox(
+                [
+                    head(session, "take"),
+                    classed(
+                        widgets.HBox(
+                            [
+                                classed(
+                                    widgets.VBox(
+                                        [
+                                            text("<h3>Mesh</h3>"),
+                                            self.boxes,
+                                            text("<h3>With it</h3>"),
+                                            self.report,
+                                            self.figures,
+                                            text(ALWAYS, "hg-note"),
+                                            self.download,
+                                            self.note,
+                                        ]
+                                    ),
+                                    "hg-take",
+                                ),
+                                classed(
+                                    widgets.VBox([text("<h3>The same in Python</h3>"), self.code]),
+                                    "hg-python",
+                                ),
+                            ]
+                        ),
+                        "hg-columns",
+                    ),
+                ]
+            ),
+            "hg-panel",
+        )
+        self._draw()
+
+    def _draw(self, _: Any = None) -> None:
+        self.download.disabled = self.session.states["take"].phase not in ("ready", "done")
+        shown = self.session.shown
+        if shown is None:
+            self.code.value = "<p>Run heartgen first.</p>"
+            return
+        from heartgen.apps.bundle import reproduce
+
+        if not self.formats:
+            self.formats = {ending: _check(t, f"Add mesh.{ending}") for ending, t in _writers()}
+            self.boxes.children = tuple(self.formats.values())
+        self.code.value = f"<pre tabindex=0>{html.escape(reproduce(shown))}</pre>"
+
+    def _make(self) -> None:
+        """Make the archive in a thread."""
+        shown = self.session.shown
+        formats = [ending for ending, box in self.formats.items() if box.value]
+        wanted = {"report": self.report.value, "figures": self.figures.value}
+        levels = siblings(self.session, shown)
+        self.note.value = "Making the archive …"
+        self._pool.submit(self._work, shown, formats, wanted, levels)
+
+    def _work(self, shown: Any, formats: list[str], wanted: dict[str, bool], levels: Any) -> None:
+        from heartgen.apps.bundle import make_bundle
+
+        try:
+            name, content = make_bundle(shown, formats, levels=levels, **wanted)
+        except HeartgenError as error:
+            sentence = str(error)
+            self.session.post(lambda: self._failed(sentence))
+        except Exception as error:
+            sentence = f"the archive cannot be made ({type(error).__name__}: {error})"
+            self.session.post(lambda: self._failed(sentence))
+        else:
+            self.session.post(lambda: self._hand_over(name, content))
+
+    def _failed(self, sentence: str) -> None:
+        self.download.busy = False
+        self.note.value = html.escape(sentence)
+
+    def _hand_over(self, name: str, content: bytes) -> None:
+        self.download.hand_over(name, content)
+        self.session.taken = name
+        self.note.value = f"{html.escape(name)}, {len(content) / MEGABYTE:.1f} MB"
+
+
+def _writers() -> list[tuple[str, str]]:
+    """Ending and title of every mesh format there is."""
+    from heartgen.formats import WRITERS
+
+    endings = [ending.removeprefix(".") for ending in WRITERS]
+    return [(ending, FORMATS.get(ending, f".{ending}")) for ending in endings]
+
+
+def _check(title: str, tooltip: str) -> Any:
+    """A box that is ticked."""
+    box = widgets.Checkbox(True, indent=False, description=title, tooltip=tooltip)
+    return classed(box, "hg-row hg-wide")

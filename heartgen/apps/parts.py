@@ -1,0 +1,87 @@
+"""Small parts of which the panels are made."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable
+from typing import Any
+
+import ipywidgets as widgets
+
+from heartgen.apps.session import Session
+from heartgen.apps.steps import STEPS, StepState
+
+MARKS = {"blocked": "–", "ready": "", "running": "", "done": "✓", "failed": "!"}
+"""What the badge of a step shows instead of its number."""
+
+NAMES = {
+    "blocked": "waits",
+    "ready": "ready",
+    "running": "running",
+    "done": "done",
+    "failed": "failed",
+}
+
+
+def head(session: Session, key: str) -> widgets.HTML:
+    """Head of a step: its number, title and state, and why."""
+    step = next(s for s in STEPS if s.key == key)
+    shown = text("", f"hg-head hg-step-{key}")
+
+    def draw(_: Any = None) -> None:
+        state: StepState = session.states[key]
+        mark = MARKS[state.phase] or str(step.number)
+        shown.value = (
+            f'<div class="hg-{state.phase}" role="status">'
+            f'<span class="hg-badge" aria-hidden="true">{mark}</span>'
+            f"<h2>{step.number}. {step.title}</h2>"
+            f'<span class="hg-why"><b>{NAMES[state.phase]}</b> · {html.escape(state.reason)}</span>'
+            "</div>"
+        )
+
+    session.observe(draw, "states")
+    draw()
+    return shown
+
+
+def text(value: str = "", classes: str = "") -> widgets.HTML:
+    """A piece of HTML."""
+    return classed(widgets.HTML(value), classes)
+
+
+def classed(widget: Any, classes: str) -> Any:
+    """A widget with CSS classes."""
+    for name in classes.split():
+        widget.add_class(name)
+    return widget
+
+
+def row(label: str, control: Any, tooltip: str) -> Any:
+    """A labelled control that explains itself on hover.
+
+    The label is the widget's own description, which the browser ties to the control.
+    """
+    control.description = label
+    control.tooltip = tooltip
+    return classed(control, "hg-row")
+
+
+def button(title: str, tooltip: str, do: Callable[[], Any], classes: str = "") -> widgets.Button:
+    """A button."""
+    made = widgets.Button(description=title, tooltip=tooltip)
+    made.on_click(lambda _: do())
+    return classed(made, f"hg-button {classes}".strip())
+
+
+def choose(options: Any, value: Any, label: str, tooltip: str) -> Any:
+    """A drop-down list of titles and values."""
+    return row(label, widgets.Dropdown(options=list(options), value=value), tooltip)
+
+
+def seconds(value: float) -> str:
+    """A time in words, no more exact than an expectation is."""
+    if value != value:
+        return ""
+    if value < 90:
+        return f"{max(1, round(value))} s"
+    return f"{value / 60:.0f} min"

@@ -1,0 +1,202 @@
+"""`heartgen view`: a mesh in a browser, with the mask it was made of, on a server of its own."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pyvista as pv
+
+from heartgen.errors import HeartgenError, InputError
+from heartgen.viewing.scene import (
+    AMBIENT,
+    DARK,
+    EDGE_RADIUS,
+    MASK,
+    MESH,
+    SPECULAR,
+    SPECULAR_POWER,
+    TUBE_SIDES,
+    camera_around,
+)
+from heartgen.viewing.surfaces import MAX_TRIANGLES, mask_surface
+
+if TYPE_CHECKING:
+    from heartgen.images import Mask
+
+SUBDIVISION = 3
+"""Halvings of a curved cell's edge for the picture: 8 flat pieces."""
+
+MASK_OPACITY = 0.3
+
+DISTANCE = "distance to the mask (mm)"
+
+PLAIN = "one colour"
+
+
+def view_files(mesh: Path, mask: Path | None, port: int, browser: bool) -> None:
+    """Show a mesh, and a mask over it, until interrupted.
+
+    Parameters
+    ----------
+    mesh : Path
+        VTU as heartgen writes it, or another mesh that PyVista reads.
+    mask : Path or None
+    port : int
+        0 for any that is free.
+    browser : bool
+        Open the page.
+
+    Raises
+    ------
+    HeartgenError
+        If a file cannot be read.
+    """
+    from heartgen.images import read_mask
+
+    scene = make_scene(read_mesh(mesh), None if mask is None else read_mask(mask))
+    serve_scene(scene, mesh.name, port, browser)
+
+
+def read_mesh(path: Path) -> pv.DataSet:
+    """Read a mesh to look at.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: There is no such file: check the path.")
+    if path.suffix.lower() == ".exf":
+        raise InputError(f"{path}: EX files are not shown: give mesh.vtu, which is beside it.")
+    try:
+        with pv.vtk_verbosity("off"), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # VTK's complaints become one sentence
+            mesh = pv.read(path)
+    except (OSError, ValueError, RuntimeError) as error:
+        raise InputError(
+            f"{path}: This is no mesh that can be shown ({error}): give mesh.vtu."
+        ) from error
+    if not isinstance(mesh, pv.DataSet) or mesh.n_cells == 0:
+        raise InputError(f"{path}: There are no cells in this file: give mesh.vtu.")
+    return mesh
+
+
+def make_scene(mesh: pv.DataSet, mask: Mask | None) -> Any:
+    """Make a plotter with actors ``mesh``, ``edges`` and, if there is a mask, ``mask``."""
+    surface: Any = mesh.extract_surface(
+        nonlinear_subdivision=SUBDIVISION, algorithm="dataset_surface"
+    )
+    lines: Any = mesh.extract_all_edges()
+    with pv.vtk_verbosity("off"):
+        plotter: Any = pv.Plotter(off_screen=True, notebook=False)
+    plotter.set_background("white")
+    look: Any = {"ambient": AMBIENT, "specular": SPECULAR, "specular_power": SPECULAR_POWER}
+    if mask is not None:
+        shown = _surface_of(mask)
+        measured = surface.compute_implicit_distance(shown)["implicit_distance"]
+        surface.point_data[DISTANCE] = np.abs(np.asarray(measured, dtype=np.float32))
+        plotter.add_mesh(shown, color=MASK, opacity=MASK_OPACITY, smooth_shading=True, name="mask")
+    plotter.add_mesh(surface, color=MESH, name="mesh", show_scalar_bar=False, **look)
+    radius = EDGE_RADIUS * float(np.ptp(lines.points, axis=0).max())
+    plotter.add_mesh(lines.tube(radius=radius, n_sides=TUBE_SIDES), color=DARK, name="edges")
+    eye, centre = camera_around(np.asarray(surface.points, dtype=float))
+    plotter.camera.focal_point, plotter.camera.position = centre, eye
+    plotter.camera.up = (0.0, 0.0, 1.0)
+    return plotter
+
+
+def colours_of(plotter: Any) -> list[str]:
+    """Names of what the mesh can be coloured by."""
+    surface = plotter.actors["mesh"].mapper.dataset
+    hidden = ("vtkOriginal", "Normals", "implicit_distance")
+    names = [
+        name
+        for name in surface.array_names
+        if surface[name].ndim == 1 and not name.startswith(hidden)
+    ]
+    return [PLAIN, *names]
+
+
+def colour_by(plotter: Any, name: str) -> str:
+    """Colour the mesh, and say what the ends of the scale are."""
+    mapper = plotter.actors["mesh"].mapper
+    if name == PLAIN:
+        mapper.scalar_visibility = False
+        return ""
+    values = np.asarray(mapper.dataset[name])
+    low, high = float(values.min()), float(values.max())
+    mapper.set_scalars(values, name, cmap="viridis", clim=(low, high))
+    mapper.scalar_visibility = True
+    return f"{low:.3g} (dark) to {high:.3g} (bright)"
+
+
+def serve_scene(plotter: Any, title: str, port: int, browser: bool) -> None:
+    """Serve a scene on this machine until interrupted."""
+    os.environ.setdefault("VTK_WASM_DIR_OVERRIDE", tempfile.gettempdir())  # else it is downloaded
+    try:
+        from trame.app import get_server
+        from trame.ui.vuetify3 import SinglePageLayout
+        from trame.widgets import vuetify3 as vuetify
+        from trame_pyvista import widgets as views
+    except ModuleNotFoundError as error:
+        raise HeartgenError(
+            f"the view needs the package {error.name}, which is not installed: "
+            "pip install 'heartgen[apps]'"
+        ) from error
+    make_view: Any = views.PyVistaLocalView
+    plotter.suppress_rendering = True
+    server: Any = get_server("heartgen-view", client_type="vue3")
+    state = server.state
+    names = colours_of(plotter)
+    state.colour, state.mask, state.scale = PLAIN, True, ""
+    with SinglePageLayout(server) as layout:
+        layout.title.set_text(f"heartgen · {title}")
+        with layout.toolbar:
+            vuetify.VSpacer()
+            vuetify.VLabel("{{ scale }}", classes="mr-4")
+            vuetify.VSelect(
+                label="Colour by",
+                v_model=("colour",),
+                items=("names", names),
+                hide_details=True,
+                density="compact",
+                style="max-width: 260px",
+            )
+            if "mask" in plotter.actors:
+                vuetify.VCheckbox(
+                    label="Mask", v_model=("mask",), hide_details=True, classes="mr-6"
+                )
+        with layout.content:
+            view = make_view(plotter)
+        layout.footer.clear()
+        layout.footer.add_child("Research use, not for diagnosis")
+
+    @state.change("colour", "mask")  # type: ignore[untyped-decorator]
+    def _changed(colour: str, mask: bool, **_: Any) -> None:
+        state.scale = colour_by(plotter, colour)
+        if "mask" in plotter.actors:
+            plotter.actors["mask"].SetVisibility(mask)
+        view.update()
+
+    server.start(port=port, open_browser=browser, host="127.0.0.1", timeout=0)
+
+
+def _surface_of(mask: Mask) -> pv.PolyData:
+    """Surface of a mask."""
+    from heartgen.images.levelset import signed_distance
+
+    level = signed_distance(np.pad(mask.voxels, 2), _padded(mask.affine))
+    return mask_surface(level, MAX_TRIANGLES)
+
+
+def _padded(affine: Any) -> Any:
+    """Affine of an image with two more voxels on each side."""
+    moved = affine.copy()
+    moved[:3, 3] -= affine[:3, :3] @ np.full(3, 2.0)
+    return moved

@@ -1,0 +1,56 @@
+"""The steps of the page, and the state each is in: every state says why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Phase = Literal["blocked", "ready", "running", "done", "failed"]
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step of the page.
+
+    Attributes
+    ----------
+    key : str
+    number : int
+        From 1.
+    title : str
+    """
+
+    key: str
+    number: int
+    title: str
+
+
+STEPS = tuple(
+    Step(key, number, title)
+    for number, (key, title) in enumerate(
+        (
+            ("input", "Input"),
+            ("choices", "Choices"),
+            ("run", "Run"),
+            ("look", "Look"),
+            ("judge", "Judge"),
+            ("take", "Take away"),
+        ),
+        start=1,
+    )
+)
+
+
+@dataclass(frozen=True)
+class StepState:
+    """How a step stands.
+
+    Attributes
+    ----------
+    phase : {"blocked", "ready", "running", "done", "failed"}
+    reason : str
+        Why, in a clause for the user.
+    """
+
+    phase: Phase
+    reason: str

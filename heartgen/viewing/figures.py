@@ -1,0 +1,127 @@
+"""Pictures of how good a mesh is: histograms of error and quality, and the levels compared."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from heartgen.assessment import QUALITY_THRESHOLD
+from heartgen.images.isosurface import isosurface
+from heartgen.mesh.closest import closest_points
+from heartgen.mesh.jacobian import jacobian_ratio
+from heartgen.viewing.card import SURFACE_NAMES
+
+if TYPE_CHECKING:
+    from heartgen.pipeline import Personalization
+
+Array = NDArray[np.float64]
+
+SIZE = (9.6, 2.9)
+"""Of the histograms, inches."""
+
+SQUARE = (5.0, 3.6)
+"""Of the comparison, inches."""
+
+BINS = 30
+
+BLUE, ORANGE, INK = "#0072b2", "#d55e00", "#26303b"
+"""Palette of Okabe and Ito (2008), safe for the colour-blind."""
+
+BEYOND = 99.5
+"""Percentile of the error at which its histogram ends."""
+
+DENSE = 20_000
+"""Points of the mask's surface that are enough for a histogram."""
+
+
+def draw_histograms(result: Personalization) -> Figure:
+    """Draw the distribution of error and quality, and the mean error of each surface.
+
+    Parameters
+    ----------
+    result : Personalization
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Not bound to any window.
+    """
+    figure = Figure(figsize=SIZE, layout="constrained", facecolor="white")
+    left, middle, right = figure.subplots(1, 3)
+    accuracy, quality = result.report.accuracy, result.report.quality
+    error, weights = _error(result)
+    end = float(np.percentile(error, BEYOND))
+    left.hist(np.minimum(error, end), bins=BINS, range=(0, end), weights=weights, color=BLUE)
+    _mean_line(left, accuracy.mean, f"mean {accuracy.mean:.2f}")
+    left.set(xlabel="distance to the mesh (mm)", ylabel="share of the surface", title="Error")
+    ratio = jacobian_ratio(result.mesh)
+    middle.hist(ratio, bins=BINS, range=(min(0.0, float(ratio.min())), 1.0), color=BLUE)
+    _mean_line(middle, quality.mean, f"mean {quality.mean:.2f}")
+    middle.axvline(QUALITY_THRESHOLD, color=INK, linestyle=":", linewidth=1.2)
+    middle.set(xlabel="Jacobian ratio Q", ylabel="elements", title="Quality")
+    names = [SURFACE_NAMES[name] for name in accuracy.by_surface]
+    bars = right.barh(names[::-1], list(accuracy.by_surface.values())[::-1], color=BLUE)
+    right.bar_label(bars, fmt="%.2f", padding=3, fontsize="small")
+    right.set(xlabel="mean distance (mm)", title="Error by region")
+    right.margins(x=0.18)
+    for axes in (left, middle, right):
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.title.set_fontsize("medium")
+    return figure
+
+
+def draw_tradeoff(results: Sequence[Personalization]) -> Figure:
+    """Draw accuracy against quality, a point for each level of detail (paper, figure 6).
+
+    Parameters
+    ----------
+    results : sequence of Personalization
+        Of one case.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Not bound to any window.
+    """
+    figure = Figure(figsize=SQUARE, layout="constrained", facecolor="white")
+    axes = figure.subplots()
+    error = [r.report.accuracy.mean for r in results]
+    quality = [r.report.quality.mean for r in results]
+    axes.plot(error, quality, "o-", color=BLUE)
+    for result, e, q in zip(results, error, quality, strict=True):
+        label = f"LoD {result.options.lod}"
+        axes.annotate(label, (e, q), xytext=(6, 5), textcoords="offset points", fontsize="small")
+    axes.axhline(QUALITY_THRESHOLD, color=ORANGE, linestyle="--", linewidth=1.2)
+    axes.set(xlabel="mean error (mm)", ylabel="mean quality Q", title=results[0].mask.name)
+    axes.margins(0.15)
+    axes.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+def _error(result: Personalization) -> tuple[Array, Array]:
+    """Distances of the mask's surface to the mesh, mm, and the share of the surface of each."""
+    target = isosurface(result.anatomy.myocardium)
+    step = max(1, len(target.points) // DENSE)
+    points, weights = target.points[::step], target.weights[::step]
+    faces = result.mesh.topology.external
+    return closest_points(result.mesh, faces, points).distance, weights / weights.sum()
+
+
+def _mean_line(axes: Axes, value: float, label: str) -> None:
+    """A line at the mean."""
+    axes.axvline(value, color=ORANGE, linewidth=1.6)
+    axes.annotate(
+        label,
+        (value, 0.98),
+        xycoords=("data", "axes fraction"),
+        xytext=(5, 0),
+        textcoords="offset points",
+        va="top",
+        color=ORANGE,
+        fontsize="small",
+    )

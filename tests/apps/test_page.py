@@ -1,0 +1,163 @@
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import ipywidgets as widgets
+import pytest
+
+from heartgen.apps import dashboard
+from heartgen.apps.cases import sample_choices
+from heartgen.apps.panels.judge import THRESHOLD
+from heartgen.apps.transfer import PIECE, Upload, safe_name
+from heartgen.assessment import QUALITY_THRESHOLD
+from heartgen.errors import InputError
+from heartgen.samples import names
+
+
+def tree(widget: widgets.Widget) -> Iterator[widgets.Widget]:
+    yield widget
+    for child in getattr(widget, "children", ()):
+        yield from tree(child)
+
+
+@pytest.fixture
+def page():
+    widget = dashboard(None)
+    yield widget
+    widget.session.close()
+
+
+def test_every_control_has_a_name_and_explains_itself(page):
+    kinds = (widgets.Button, widgets.Dropdown, widgets.Checkbox, widgets.ToggleButtons)
+    kinds += (widgets.IntSlider, widgets.FloatSlider, widgets.BoundedIntText, widgets.Text)
+    controls = [w for w in tree(page) if isinstance(w, kinds)]
+    assert len(controls) > 25
+    for control in controls:
+        assert control.description, control
+        tooltip = getattr(control, "tooltip", None) or getattr(control, "tooltips", None)
+        assert tooltip, control.description
+
+
+def test_panels_draw_a_whole_run(page):
+    session = page.session
+    session.load_sample("lifelike").result()
+    session.start().result()
+    judge, take = page.page.panels["judge"], page.page.panels["take"]
+    assert "success" in judge.card.value
+    assert bytes(judge.figure.value).startswith(b"\x89PNG")
+    assert [p["lod"] for p in judge.tradeoff.points] == [1]
+    assert not take.download.disabled
+    assert "heartgen.personalize(mask, lod=1)" in take.code.value
+    assert page.page.panels["look"].widget.layout.display == ""
+    assert page.page.panels["input"].widget.layout.display == "none"
+
+
+def test_first_sample_is_loaded_once_the_page_is_shown():
+    widget = dashboard("lifelike")
+    session, upload = widget.session, widget.page.source.upload
+    assert session.case is None
+    upload._hear(None, {"kind": "shown"}, [])
+    session._pool.submit(lambda: None).result()
+    assert session.case is not None
+    session.close()
+
+
+def test_unknown_sample_is_refused():
+    with pytest.raises(InputError, match="no sample 'nonsense'"):
+        dashboard("nonsense")
+
+
+def test_slices_move(page):
+    page.session.load_sample("lifelike").result()
+    panel = page.page.panels["input"]
+    before = panel.images[2].value
+    panel.sliders[2].value -= 15
+    assert panel.images[2].value != before
+
+
+def test_names_of_files_cannot_break_the_page(page, tmp_path):
+    path = tmp_path / "<script>alert(1)<script>.nii.gz"
+    path.write_text("hello")
+    page.session.load_file(path).result()
+    for widget in tree(page):
+        if isinstance(widget, widgets.HTML):
+            assert "<script" not in widget.value
+
+
+def test_every_sample_is_offered():
+    assert {name for _, name in sample_choices()} == set(names())
+
+
+def test_threshold_is_that_of_the_assessment():
+    assert THRESHOLD == QUALITY_THRESHOLD
+
+
+def test_notebook_is_thin(repository: Path):
+    notebook = json.loads((repository / "notebooks" / "dashboard.ipynb").read_text())
+    assert len(notebook["cells"]) <= 3
+    assert all(cell.get("outputs", []) == [] for cell in notebook["cells"])
+
+
+class Told(list):
+    """Collects what an upload says."""
+
+
+@pytest.fixture
+def upload(tmp_path):
+    arrived, refused = Told(), Told()
+    widget = Upload(tmp_path, 3 * PIECE, arrived.append, refused.append)
+    widget.sent = Told()
+    widget.send = lambda message, buffers=None: widget.sent.append(message)
+    widget.arrived, widget.refused = arrived, refused
+    return widget
+
+
+def send(widget, content, name="heart.nii", size=None):
+    widget._hear(
+        None, {"kind": "begin", "name": name, "size": len(content) if size is None else size}, []
+    )
+    while widget.sent and widget.sent[-1]["kind"] == "next":
+        at = widget.sent[-1]["offset"]
+        widget._hear(None, {"kind": "piece"}, [memoryview(content[at : at + PIECE])])
+
+
+def test_upload_in_pieces_arrives_whole(upload):
+    content = bytes(range(256)) * (2 * PIECE // 256) + b"end"
+    send(upload, content)
+    assert upload.arrived[0].read_bytes() == content
+    assert upload.arrived[0].name == "heart.nii"
+    assert upload.refused == []
+
+
+def test_too_large_a_file_is_refused_before_it_is_sent(upload):
+    send(upload, b"", size=3 * PIECE + 1)
+    assert upload.arrived == []
+    assert "more than the 6 MB" in upload.refused[0]
+
+
+def test_more_than_announced_is_refused(upload, tmp_path):
+    send(upload, b"abc", size=2)
+    assert "longer than announced" in upload.refused[0]
+    assert upload.arrived == []
+
+
+def test_only_the_last_upload_is_kept(upload, tmp_path):
+    send(upload, b"one")
+    send(upload, b"two")
+    assert [f.read_bytes() for f in tmp_path.rglob("*.nii")] == [b"two"]
+
+
+@pytest.mark.parametrize(
+    ("name", "safe"),
+    [
+        ("../../etc/passwd", "passwd"),
+        ("C:\\hearts\\a.nii", "a.nii"),
+        (".hidden", "hidden"),
+        ("", "upload"),
+        ("x" * 500 + ".nii.gz", "x" * 113 + ".nii.gz"),
+    ],
+)
+def test_names_stay_in_their_folder(name, safe):
+    assert safe_name(name) == safe

@@ -1,0 +1,40 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pyvista")
+
+from heartgen import samples
+from heartgen.apps.standalone import DISTANCE, PLAIN, colour_by, colours_of, make_scene, read_mesh
+from heartgen.errors import InputError
+from heartgen.formats import write_mesh
+
+
+@pytest.fixture(scope="module")
+def scene(finished, tmp_path_factory):
+    path = tmp_path_factory.mktemp("view") / "mesh.vtu"
+    write_mesh(finished.shown.result.mesh, path)
+    plotter = make_scene(read_mesh(path), samples.lifelike_lv(3.0).mask)
+    yield plotter
+    plotter.close()
+
+
+def test_mesh_lies_on_its_mask(scene):
+    surface = scene.actors["mesh"].mapper.dataset
+    assert np.mean(surface[DISTANCE]) < 0.6
+    assert sorted(scene.actors) == ["edges", "mask", "mesh"]
+
+
+def test_arrays_of_the_file_and_the_distance_are_offered(scene):
+    assert set(colours_of(scene)) == {PLAIN, "jacobian_ratio", DISTANCE}
+    assert "to" in colour_by(scene, "jacobian_ratio")
+    assert colour_by(scene, PLAIN) == ""
+
+
+@pytest.mark.parametrize("name", ["absent.vtu", "mesh.exf", "text.vtu"])
+def test_what_is_no_mesh_gets_a_sentence(tmp_path, name):
+    if name != "absent.vtu":
+        (tmp_path / name).write_text("hello")
+    with pytest.raises(InputError, match=name):
+        read_mesh(tmp_path / name)

@@ -1,0 +1,104 @@
+"""A real browser on the dashboard, served as Binder serves it: one port, a prefix, no network."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+sync_api = pytest.importorskip("playwright.sync_api")
+pytest.importorskip("voila")
+pytest.importorskip("trame_pyvista")
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+
+FLAGS = [
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+    # Proves that one origin is enough: every other name leads nowhere.
+    "--host-resolver-rules=MAP * 127.0.0.99:9, EXCLUDE 127.0.0.1",
+]
+
+PREFIX = "/user/x/"
+SIZE = {"width": 1440, "height": 900}
+STARTING = 60
+
+
+def free_port() -> int:
+    """A port that nobody listens on."""
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return listener.getsockname()[1]
+
+
+def wait_for(address: str, server: subprocess.Popen) -> None:
+    """Wait until a server answers."""
+    end = time.monotonic() + STARTING
+    while time.monotonic() < end:
+        assert server.poll() is None, "the server ended"
+        try:
+            urllib.request.urlopen(address, timeout=5)
+            return
+        except OSError:
+            time.sleep(0.2)
+    raise AssertionError(f"no answer from {address}")
+
+
+@pytest.fixture(scope="session")
+def address(repository: Path, tmp_path_factory: pytest.TempPathFactory):
+    """Address of the page on a server with exactly the settings of binder/."""
+    folder = tmp_path_factory.mktemp("server")
+    (folder / "config").mkdir()
+    shutil.copy(repository / "binder" / "jupyter_server_config.py", folder / "config")
+    port = free_port()
+    environment = {
+        **os.environ,
+        "JUPYTERHUB_SERVICE_PREFIX": PREFIX,
+        "JUPYTER_CONFIG_DIR": str(folder / "config"),
+        "JUPYTER_RUNTIME_DIR": str(folder / "runtime"),
+        "VTK_DEFAULT_OPENGL_WINDOW": "vtkEGLRenderWindow",
+    }
+    command = [sys.executable, "-m", "jupyter", "server", "--no-browser", "--allow-root", "-y"]
+    command += [f"--ServerApp.port={port}", "--ServerApp.port_retries=0", "--ip=127.0.0.1"]
+    command += [f"--ServerApp.base_url={PREFIX}", f"--ServerApp.root_dir={repository}"]
+    command += ["--IdentityProvider.token=", "--ServerApp.log_level=40"]
+    with (folder / "log").open("wb") as log:
+        server = subprocess.Popen(command, env=environment, stdout=log, stderr=log)
+        try:
+            wait_for(f"http://127.0.0.1:{port}{PREFIX}api", server)
+            yield f"http://127.0.0.1:{port}{PREFIX}voila/render/notebooks/dashboard.ipynb"
+        finally:
+            server.terminate()
+            server.wait(30)
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """Chromium as Debian has it."""
+    path = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if path is None:
+        pytest.skip(f"no browser is installed: none of {', '.join(BROWSERS)} is on the PATH")
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def page(browser, address):
+    """The dashboard with its first sample loaded."""
+    page = browser.new_page(viewport=SIZE, accept_downloads=True)
+    page.set_default_timeout(120_000)
+    page.goto(address)
+    page.wait_for_selector(".hg-side .hg-step-input .hg-done")
+    yield page
+    page.close()

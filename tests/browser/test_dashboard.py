@@ -1,0 +1,244 @@
+"""What a visitor does, from the sample to the download; the steps follow each other."""
+
+from __future__ import annotations
+
+import io
+import json
+import time
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from heartgen import samples
+
+SATURATED = 40
+"""Difference of colour channels from which a pixel is no grey."""
+
+CHANGED = 30
+"""Difference of a channel from which a pixel is another."""
+
+
+def view(page):
+    """Pixels (h, w, 3) of the 3-D view, without its buttons."""
+    image = pytest.importorskip("PIL.Image")
+    shot = page.locator(".hg-frame").screenshot()
+    return np.asarray(image.open(io.BytesIO(shot)).convert("RGB"), dtype=int)[50:, 10:-10]
+
+
+def is_mesh(pixels):
+    """Whether something coloured is there: blank and black views are not."""
+    share = np.mean(np.ptp(pixels, axis=2) > SATURATED)
+    return share > 0.03 and len(np.unique((pixels // 16).reshape(-1, 3), axis=0)) > 40
+
+
+def wait_for_view(page, ready):
+    """Pixels of the 3-D view as soon as they are as wanted."""
+    end = time.monotonic() + 60
+    while True:
+        pixels = view(page)
+        if ready(pixels):
+            return pixels
+        assert time.monotonic() < end, "the view does not come"
+        time.sleep(0.5)
+
+
+def wait_for_other(page, before):
+    """Pixels of the 3-D view as soon as they have changed."""
+
+    def differs(now):
+        return is_mesh(now) and np.mean(np.abs(now - before).max(axis=2) > CHANGED) > 0.005
+
+    return wait_for_view(page, differs)
+
+
+def choose(page, label, option):
+    page.get_by_label(label, exact=True).select_option(label=option)
+
+
+def run(page, number):
+    """Press Run and wait for the mesh."""
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.wait_for_selector(f".hg-step-look .hg-done:has-text('shows {number} ·')", state="attached")
+
+
+def upload(page, path):
+    page.locator(".hg-drop input").set_input_files(path)
+
+
+@pytest.fixture(scope="module")
+def coarse(tmp_path_factory):
+    """A heart that is quickly meshed."""
+    nibabel = pytest.importorskip("nibabel")
+    mask = samples.lifelike_lv(2.5).mask
+    ras = np.diag([-1.0, -1.0, 1.0, 1.0]) @ mask.affine
+    path = tmp_path_factory.mktemp("masks") / "coarse.nii.gz"
+    nibabel.save(nibabel.Nifti1Image(mask.voxels.astype(np.uint8), ras), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def ran(page):
+    """The page after its first run."""
+    run(page, 1)
+    wait_for_view(page, is_mesh)
+    return page
+
+
+def test_sources_and_tracebacks_are_not_on_the_page(page):
+    assert "from heartgen" not in page.content()
+    assert page.locator(".hg-app").count() == 1
+    assert "not for diagnosis" in page.locator(".hg-footer").inner_text()
+
+
+def test_every_control_has_a_name(page):
+    unnamed = page.evaluate(
+        """() => [...document.querySelectorAll(
+             '.hg-app button, .hg-app select, .hg-app input, .hg-app [role=slider]')]
+           .filter(e => e.offsetParent !== null || e.getClientRects().length)
+           .filter(e => !(e.getAttribute('aria-label') || e.getAttribute('aria-labelledby')
+             || e.title || e.textContent.trim() || (e.labels && e.labels.length
+             && e.labels[0].textContent.trim())))
+           .filter(e => !e.closest('.widget-slider'))
+           .map(e => e.outerHTML.slice(0, 200))"""
+    )
+    assert unnamed == []
+
+
+def test_page_can_be_walked_by_keyboard(page):
+    page.locator("body").click(position={"x": 5, "y": 5})
+    reached = set()
+    for _ in range(40):
+        page.keyboard.press("Tab")
+        reached.add(
+            page.evaluate(
+                "() => { const e = document.activeElement;"
+                " return (e.getAttribute('aria-label') || e.title || e.textContent || e.tagName)"
+                ".trim().slice(0, 40) }"
+            )
+        )
+    assert any("Upload a mask" in name for name in reached)
+    assert any(name.startswith("Fit a mesh") or name == "Run" for name in reached)
+    assert len(reached) > 10
+
+
+def test_a_sample_becomes_a_mesh_on_the_screen(ran):
+    assert ran.locator(".hg-look").is_visible()
+    assert "error" in ran.locator(".hg-run-label").first.inner_text()
+
+
+def test_mesh_turns_and_stays_turned(ran):
+    before = view(ran)
+    box = ran.locator(".hg-frame").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    ran.mouse.move(x, y)
+    ran.mouse.down()
+    ran.mouse.move(x + 150, y + 20, steps=3)
+    ran.mouse.up()
+    turned = wait_for_other(ran, before)
+    outline = np.ptp(turned, axis=2) > SATURATED
+    choose(ran, "Colour by", "Quality Q")
+    recoloured = wait_for_other(ran, turned)
+    now = np.ptp(recoloured, axis=2) > SATURATED
+    overlap = np.sum(outline & now) / np.sum(outline | now)
+    assert overlap > 0.6  # seen from the same side
+    assert "Jacobian ratio" in ran.locator(".hg-scale").inner_text()
+
+
+def test_view_can_be_saved_and_reset(ran):
+    frame = ran.frame_locator(".hg-frame")
+    with ran.expect_download() as download:
+        frame.get_by_role("button", name="Save picture").click()
+    assert Path(download.value.path()).read_bytes().startswith(b"\x89PNG")
+    before = view(ran)
+    frame.get_by_role("button", name="Reset view").click()
+    wait_for_other(ran, before)
+
+
+def test_stage_and_cut_change_the_view(ran):
+    choose(ran, "Colour by", "Surface")
+    wait_for_view(ran, is_mesh)
+    ran.wait_for_selector(".hg-scale:has-text('epicardium')")
+    time.sleep(2)
+    before = view(ran)
+    choose(ran, "Cut", "Long axis, 2")
+    cut = wait_for_other(ran, before)
+    ran.get_by_role("button", name="Template").click()
+    wait_for_other(ran, cut)
+    ran.get_by_role("button", name="Refined").click()
+    choose(ran, "Cut", "No cut")
+    choose(ran, "Colour by", "Error")
+
+
+def test_a_wrong_file_gets_a_sentence_and_the_page_goes_on(ran, tmp_path):
+    wrong = tmp_path / "notes.nii.gz"
+    wrong.write_text("no image at all")
+    upload(ran, wrong)
+    ran.wait_for_selector(".hg-complaint")
+    sentence = ran.locator(".hg-complaint").inner_text()
+    assert "notes.nii.gz" in sentence
+    assert "Traceback" not in sentence
+    assert ran.get_by_role("button", name="Run", exact=True).is_enabled()
+
+
+def test_cancel_takes_effect_at_once(ran, coarse):
+    upload(ran, coarse)
+    ran.wait_for_selector(".hg-side .hg-step-input .hg-done:has-text('coarse.nii.gz')")
+    ran.get_by_role("button", name="All levels", exact=True).click()
+    ran.wait_for_selector(".hg-bars .hg-now")
+    ran.get_by_role("button", name="Cancel").click()
+    ran.wait_for_selector(".hg-run-label .hg-cancelled", timeout=5_000)
+    assert ran.get_by_role("button", name="Run", exact=True).is_enabled()
+
+
+def test_levels_are_compared_and_a_point_loads_its_mesh(ran, coarse):
+    ran.get_by_role("button", name="All levels", exact=True).click()
+    ran.wait_for_selector(".hg-step-judge .hg-done", state="attached", timeout=180_000)
+    ran.get_by_role("button", name="5 Judge").click()
+    assert ran.locator(".hg-point").count() == 5
+    assert ran.locator(".hg-threshold").count() == 1
+    ran.locator(".hg-point").nth(3).click()
+    ran.wait_for_selector(".hg-verdict:has-text('LoD 4')")
+    ran.locator(".hg-point").nth(1).focus()
+    ran.keyboard.press("Enter")
+    ran.wait_for_selector(".hg-verdict:has-text('LoD 2')")
+
+
+def test_download_is_read_by_others(ran, tmp_path):
+    ran.get_by_role("button", name="6 Take away").click()
+    with ran.expect_download() as download:
+        ran.locator(".hg-download").click()
+    download.value.save_as(tmp_path / "heart.zip")
+    with zipfile.ZipFile(tmp_path / "heart.zip") as archive:
+        archive.extractall(tmp_path)
+    folder = next(path for path in tmp_path.iterdir() if path.is_dir())
+    manifest = json.loads((folder / "manifest.json").read_text())
+    assert manifest["options"]["lod"] == 2
+    assert manifest["input"]["name"] == "coarse.nii.gz"
+    pyvista = pytest.importorskip("pyvista")
+    grid = pyvista.read(folder / "mesh.vtu")
+    assert grid.n_cells == 72
+    assert zinc_elements(folder / "mesh.exf") == 72
+    assert (folder / "report.html").stat().st_size > 100_000
+    assert "heartgen.read_mask('coarse.nii.gz')" in (folder / "reproduce.py").read_text()
+
+
+def test_real_mask_at_another_level(ran, shared_data):
+    upload(ran, shared_data / "lv" / "mesa0054_ED.nii.gz")
+    ran.wait_for_selector(".hg-side .hg-step-input .hg-done:has-text('mesa0054')")
+    ran.get_by_role("slider").first.focus()
+    ran.keyboard.press("ArrowRight")
+    ran.wait_for_selector(".hg-side .widget-readout:has-text('2')")
+    ran.get_by_role("button", name="Run", exact=True).click()
+    ran.wait_for_selector(".hg-step-look .hg-done:has-text('mesa0054_ED.nii.gz · LoD 2')")
+    wait_for_view(ran, is_mesh)
+
+
+def zinc_elements(path: Path) -> int:
+    """Elements that zinc, the field's own reader, finds in an EX file."""
+    zinc = pytest.importorskip("cmlibs.zinc.context")
+    context = zinc.Context("test")  # owns what comes of it
+    region = context.getDefaultRegion()
+    assert region.readFile(str(path)) == 1
+    return region.getFieldmodule().findMeshByDimension(3).getSize()
