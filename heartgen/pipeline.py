@@ -201,11 +201,16 @@ def personalize_levels(
     # Many small systems: one thread of the linear algebra library is fastest, and its sums do not
     # depend on the number of cores.
     with threadpool_limits(1, "blas"):
-        return _personalize(mask, tuple(levels), replace(options or Options(), **choices), progress)
+        whole = replace(options or Options(), **choices)
+        return _personalize(mask, tuple(levels), whole, progress, anatomy)
 
 
 def _personalize(
-    mask: Mask, levels: tuple[int, ...], options: Options, progress: Progress
+    mask: Mask,
+    levels: tuple[int, ...],
+    options: Options,
+    progress: Progress,
+    anatomy: Anatomy | None,
 ) -> tuple[Personalization, ...]:
     """The pipeline."""
     each = [replace(options, lod=lod) for lod in levels]
