@@ -10,6 +10,9 @@ from heartgen.errors import InputError
 QUALITY_LIMITS = (0.01, 100.0)
 """Range of the quality dial."""
 
+REFINED_PASSES = 2
+"""Registration passes before a refinement: it leaves nothing for finer ones to find."""
+
 
 @dataclass(frozen=True)
 class Options:
@@ -70,3 +73,7 @@ class Options:
             )
         if self.depth not in ("graded", "linear"):
             raise InputError(f"depth {self.depth!r} is not known: choose graded or linear")
+
+    def passes(self, lod: int) -> int:
+        """Registration passes at a level of detail."""
+        return min(lod, REFINED_PASSES) if self.refine else lod

@@ -46,9 +46,6 @@ LV_ELEMENTS = (1, 12, 6)
 BIV_ELEMENTS = (2, 12, 8)
 """Default elements (radial, circumferential, longitudinal)."""
 
-REFINED_PASSES = 2
-"""Registration passes before a refinement: it leaves nothing for finer ones to find."""
-
 FIRMER = 10.0
 """Factor by which an element that is not proven valid becomes firmer as the refinement goes on."""
 
@@ -226,7 +223,7 @@ def _personalize(
             anatomy.frame,
             anatomy.voxel,
             anatomy.length,
-            min(max(levels), REFINED_PASSES) if options.refine else max(levels),
+            options.passes(max(levels)),
             done,
         )
     start = _Start(mask, anatomy, template, deformations)

@@ -16,7 +16,8 @@ from heartgen.errors import AnatomyError, Cancelled, InputError
 from heartgen.images import Mask
 from heartgen.mesh.jacobian import volume
 from heartgen.mesh.surfaces import sample_faces
-from heartgen.pipeline import REFINED_PASSES, STEPS, Personalization
+from heartgen.options import REFINED_PASSES
+from heartgen.pipeline import STEPS, Personalization
 from heartgen.warping import warp
 
 COARSE = 2.0

@@ -71,7 +71,7 @@ class Costs:
         n = USUAL[kind] if options.elements is None else _product(options.elements)
         seconds = {
             **OTHERS[kind],
-            "registration": REGISTRATION[kind][max(levels) - 1],
+            "registration": REGISTRATION[kind][options.passes(max(levels)) - 1],
             **{step: cost[kind] * n for step, cost in PER_ELEMENT.items()},
         }
         if analysed:
