@@ -62,7 +62,8 @@ SAMPLES = (
             "papillary": "With papillary muscles",
             "valves": "With valve anatomy",
             "noisy": "Careless segmentation",
-            "tilted": "Sparse coronal slices",
+            "tilted": "Oblique coronal slices",
+            "stack": "Clinical short-axis stack",
         },
     ),
     SampleGroup(
@@ -71,7 +72,7 @@ SAMPLES = (
             "biv": "Lifelike",
             "dilated_rv": "Dilated right ventricle",
             "thick_lv": "Thick left ventricle",
-            "biv_tilted": "Sparse coronal slices",
+            "biv_tilted": "Oblique coronal slices",
         },
     ),
 )

@@ -30,6 +30,9 @@ CORONAL = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0))
 CORONAL_SPACING = (1.25, 1.25, 2.0)
 """Pixel size and slice distance of the tilted phantom's coronal image, mm."""
 
+STACK_SPACING = (1.4, 1.4, 8.0)
+"""Pixel size and slice distance of a clinical short-axis stack, mm."""
+
 
 def names(ventricles: int | None = None) -> tuple[str, ...]:
     """Names of the phantoms that `load` knows.
@@ -89,6 +92,9 @@ _LEFT: dict[str, Callable[[], Sample]] = {
     "valves": lambda: lifelike_lv(valves=True),
     "noisy": lambda: lifelike_lv(noise=NOISE),
     "tilted": lambda: _in_chest(lifelike_lv),
+    "stack": lambda: _described(
+        lifelike_lv(STACK_SPACING), "As in a clinical stack: few thick short-axis slices."
+    ),
 }
 
 _BOTH: dict[str, Callable[[], Sample]] = {

@@ -12,7 +12,15 @@ CUP = samples.ideal_cup(4.0)
 
 def test_named_samples_are_the_same_at_every_call(loaded):
     assert samples.names() == samples.names(1) + samples.names(2)
-    assert samples.names(1) == ("ideal", "lifelike", "papillary", "valves", "noisy", "tilted")
+    assert samples.names(1) == (
+        "ideal",
+        "lifelike",
+        "papillary",
+        "valves",
+        "noisy",
+        "tilted",
+        "stack",
+    )
     assert samples.names(2) == ("biv", "dilated_rv", "thick_lv", "biv_tilted")
     for name in ("papillary", "noisy", "tilted", "biv_tilted"):
         first, again = loaded[name], samples.load(name)
