@@ -1,9 +1,24 @@
-"""Give back memory that the C library keeps for itself: a visitor's kernel lives for long."""
+"""Memory of visitors: no kernel takes all of the machine's, and what is free is given back."""
 
 from __future__ import annotations
 
 import ctypes
 from contextlib import suppress
+
+import psutil
+
+SHARE = 0.5
+"""Of the machine's memory that one process may take."""
+
+
+def limit() -> None:
+    """Keep this process, and those it starts, from taking all memory, where the system can."""
+    with suppress(ImportError, ValueError, OSError):  # not POSIX, or held tighter already
+        import resource
+
+        most = int(SHARE * psutil.virtual_memory().total)
+        _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+        resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
 
 
 def give_back() -> None:

@@ -12,7 +12,8 @@ from traitlets import Any as AnyTrait
 from traitlets import Dict, Enum, Float, HasTraits, Int, Tuple, Unicode
 
 from heartgen.apps.costs import STEPS
-from heartgen.errors import Cancelled, HeartgenError
+from heartgen.apps.failure import sentence
+from heartgen.errors import Cancelled
 
 if TYPE_CHECKING:
     from heartgen.anatomy import Anatomy
@@ -129,15 +130,9 @@ class Run(HasTraits):
             self._raise_if_stopped()
         except Cancelled:
             return
-        except HeartgenError as error:
-            sentence = str(error)
-            post(lambda: self._fail(sentence))
         except Exception as error:
-            sentence = (
-                f"heartgen itself failed ({type(error).__name__}: {error}): please report it, "
-                "with the mask if it may be shared"
-            )
-            post(lambda: self._fail(sentence))
+            said = sentence(error)
+            post(lambda: self._fail(said))
         else:
             outcomes = tuple(Outcome(self.number, self.case, result) for result in results)
             post(lambda: self._finish(outcomes))

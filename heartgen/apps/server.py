@@ -110,8 +110,10 @@ def serve(place: Place) -> None:
         )
     from jupyter_server.serverapp import ServerApp
 
+    from heartgen.apps import memory
     from heartgen.apps.guard import close_proxy
 
+    memory.limit()
     close_proxy()
 
     with served_folder() as folder:

@@ -21,6 +21,7 @@ from traitlets import Dict, HasTraits, Instance, Int, List, Unicode, observe
 from heartgen.apps.cases import BINARY, Case, analyse_case, load_file, load_sample
 from heartgen.apps.choices import Choices
 from heartgen.apps.costs import Costs
+from heartgen.apps.failure import sentence
 from heartgen.apps.memory import give_back
 from heartgen.apps.runs import Outcome, Post, Run
 from heartgen.apps.steps import StepState
@@ -201,14 +202,9 @@ class Session(HasTraits):
             return None
         try:
             return make()
-        except HeartgenError as error:
-            sentence = str(error)
         except Exception as error:
-            sentence = (
-                f"heartgen itself failed ({type(error).__name__}: {error}): please report it, "
-                "with the mask if it may be shared"
-            )
-        self.post(lambda: self._complain(ask, sentence))
+            said = sentence(error)
+        self.post(lambda: self._complain(ask, said))
         return None
 
     def _new_ask(self) -> int:

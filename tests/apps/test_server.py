@@ -10,6 +10,7 @@ import time
 import urllib.error
 import urllib.request
 
+import psutil
 import pytest
 
 pytest.importorskip("voila")
@@ -112,3 +113,11 @@ def test_only_the_notebook_is_served_and_it_goes_away():
     with served_folder() as folder:
         assert [path.name for path in (folder / "served").iterdir()] == [notebook().name]
     assert not folder.exists()
+
+
+def test_no_process_of_the_server_takes_all_memory(server):
+    resource = pytest.importorskip("resource")
+    if not hasattr(resource, "prlimit"):
+        pytest.skip("limits of another process are seen on Linux alone")
+    soft, _ = resource.prlimit(server.pid, resource.RLIMIT_DATA)
+    assert 0 < soft < psutil.virtual_memory().total

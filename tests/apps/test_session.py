@@ -6,6 +6,7 @@ import pytest
 
 from heartgen import pipeline
 from heartgen.apps.costs import STEPS, Costs
+from heartgen.apps.failure import sentence
 from heartgen.apps.session import ALL_LEVELS, Session, siblings
 from heartgen.errors import HeartgenError
 from heartgen.options import Options
@@ -166,3 +167,7 @@ def test_expectation_grows_with_level_and_learns():
     assert 0 < low < high
     costs.learn(costs.expect(Options(), False, (1,), True), 4 * low)
     assert sum(costs.expect(Options(), False, (1,), True).values()) == pytest.approx(2 * low)
+
+
+def test_too_little_memory_is_a_sentence():
+    assert "crop it to the heart" in sentence(MemoryError())
