@@ -71,4 +71,7 @@ $(READY): requirements.lock
 	    -r requirements.lock
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps \
 	    --no-build-isolation --editable .
+	@# The first fit compiles the kernels; no user and no test should have to wait for it.
+	@$(BIN)/python -c "import heartgen; from heartgen import samples; \
+	    heartgen.personalize(samples.biv(2.0).mask)"
 	@touch $@

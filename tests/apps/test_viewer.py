@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -23,7 +24,9 @@ def alone(monkeypatch):
 def test_without_a_proxy_the_view_is_a_page_of_its_own(finished, alone):
     view = HeartView()
     view.show(mask_scene(finished.anatomy))
-    asyncio.run(view.start())
+    # A thread of its own: tests with a browser leave an event loop running in this one.
+    with ThreadPoolExecutor(1) as thread:
+        thread.submit(asyncio.run, view.start()).result()
     assert view.backend == "html"
     first = view.widget.children[0].value
     assert 'srcdoc="' in first
