@@ -21,7 +21,7 @@ def test_cup_in_any_orientation(seed: int, spacing: float) -> None:
     sample = samples.ideal_cup(spacing, rotation=seed)
     found = analyse(sample.mask)
     centre, normal = sample.truth.basal_plane
-    assert np.degrees(np.arccos(min(1.0, float(found.frame[:3, 2] @ normal)))) < 2
+    assert np.degrees(np.arccos(min(1.0, float(found.frame[:3, 2] @ normal)))) < 3
     assert abs(found.base.plane.height(centre[None])[0]) < 0.5 * spacing
     assert found.length == pytest.approx(80, abs=1.2 * spacing)
     assert found.wall_thickness == pytest.approx(10, abs=0.6 * spacing)

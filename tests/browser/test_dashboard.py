@@ -33,10 +33,11 @@ def is_mesh(pixels):
     return share > 0.03 and len(np.unique((pixels // 16).reshape(-1, 3), axis=0)) > 40
 
 
-def wait_for_view(page, ready):
-    """Pixels of the 3-D view as soon as they are as wanted."""
+def wait_for_view(page, ready, act=lambda: None):
+    """Pixels of the 3-D view as soon as they are as wanted, acting before each look."""
     end = time.monotonic() + 60
     while True:
+        act()
         pixels = view(page)
         if ready(pixels):
             return pixels
@@ -44,13 +45,23 @@ def wait_for_view(page, ready):
         time.sleep(0.5)
 
 
-def wait_for_other(page, before):
+def wait_for_other(page, before, act=lambda: None):
     """Pixels of the 3-D view as soon as they have changed."""
 
     def differs(now):
         return is_mesh(now) and np.mean(np.abs(now - before).max(axis=2) > CHANGED) > 0.005
 
-    return wait_for_view(page, differs)
+    return wait_for_view(page, differs, act)
+
+
+def drag(page):
+    """Turn the heart a little; a view that is still loading misses it."""
+    box = page.locator(".hg-frame").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 150, y + 20, steps=3)
+    page.mouse.up()
 
 
 def choose(page, label, option):
@@ -130,13 +141,7 @@ def test_a_sample_becomes_a_mesh_on_the_screen(ran):
 
 def test_mesh_turns_and_stays_turned(ran):
     before = view(ran)
-    box = ran.locator(".hg-frame").bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    ran.mouse.move(x, y)
-    ran.mouse.down()
-    ran.mouse.move(x + 150, y + 20, steps=3)
-    ran.mouse.up()
-    turned = wait_for_other(ran, before)
+    turned = wait_for_other(ran, before, act=lambda: drag(ran))
     outline = np.ptp(turned, axis=2) > SATURATED
     choose(ran, "Colour by", "Quality Q")
     recoloured = wait_for_other(ran, turned)
