@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import atexit
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,9 @@ FOOTER = (
     f"Research use, not for diagnosis · heartgen {__version__} · method of Lamata et al. (2014) · "
     "what you upload stays in your own session and is removed when it ends"
 )
+
+SETTLING = 1.0
+"""Seconds after which a view that was opened has its size."""
 
 
 def dashboard(sample: str | None = FIRST) -> widgets.Widget:
@@ -118,6 +122,7 @@ class Page:
         session.observe(self._start_view, ["anatomy"])
         session.observe(self._follow, ["shown"])
         session.observe(self._complain, ["complaint", "case"])
+        self._looked = False
         self.turn_to("input")
         self._task: asyncio.Task[None] | None = None
 
@@ -127,6 +132,24 @@ class Page:
             panel.widget.layout.display = "" if name == key else "none"
             tab = self.tabs[name]
             (tab.add_class if name == key else tab.remove_class)("hg-open")
+        if key == "look" and not self._looked:
+            self._looked = True
+            self._place_camera()
+
+    def _place_camera(self) -> None:
+        """Place the camera when the view is first opened: while hidden, the browser misplaces it.
+
+        Once more when the browser has had time to give the view its size.
+        """
+        self._reset_view()
+        with suppress(RuntimeError):  # no loop: nobody is looking
+            asyncio.get_running_loop().call_later(SETTLING, self._reset_view)
+
+    def _reset_view(self) -> None:
+        """Look from the usual place, if there is a view already."""
+        view = self.panels["look"].view
+        if view is not None:
+            view.reset()
 
     def _mark(self, _: Any) -> None:
         """Show on the tabs how their steps stand."""

@@ -81,9 +81,9 @@ def address(repository: Path, tmp_path_factory: pytest.TempPathFactory):
             server.wait(30)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser():
-    """Chromium as Debian has it."""
+    """Chromium as Debian has it; its event loop must not outlive these tests."""
     path = next(filter(None, map(shutil.which, BROWSERS)), None)
     if path is None:
         pytest.skip(f"no browser is installed: none of {', '.join(BROWSERS)} is on the PATH")
