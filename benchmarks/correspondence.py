@@ -22,7 +22,6 @@ The limit is checked for the move, the stricter of the two readings, and drift i
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -30,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import heartgen
-from benchmarks.rows import Row, case_of, elements_of, masks_of, resume, table
+from benchmarks.rows import Row, case_of, elements_of, jobs_of_masks, resume, table
 from heartgen.errors import HeartgenError
 from heartgen.mesh import HexMesh
 from heartgen.mesh.bernstein import tabulate
@@ -58,18 +57,7 @@ Place = tuple[NDArray[np.intp], NDArray[np.float64]]
 
 def main() -> None:
     """Fit, tabulate, check."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
-    parser.add_argument("masks", type=Path, nargs="+")
-    parser.add_argument("--lod", type=int, default=3)
-    parser.add_argument("--elements")
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument(
-        "--output", type=Path, default=Path("benchmarks/results/correspondence.jsonl")
-    )
-    a = parser.parse_args()
-    jobs = [{"mask": str(p), "lod": a.lod, "elements": a.elements} for p in masks_of(a.masks)]
+    jobs, a = jobs_of_masks(__doc__, "correspondence")
     print(report(resume(a.output, jobs, measure, a.jobs)))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import csv
 import json
 import multiprocessing
@@ -22,6 +23,18 @@ ONE_THREAD = (
     "NUMBA_NUM_THREADS",
 )
 IMAGES = (".nii.gz", ".nii", ".nrrd", ".mha")
+
+
+def jobs_of_masks(doc: str | None, name: str) -> tuple[list[Row], argparse.Namespace]:
+    """A job for each mask on the command line, and the other arguments."""
+    parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("masks", type=Path, nargs="+")
+    parser.add_argument("--lod", type=int, default=3)
+    parser.add_argument("--elements")
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--output", type=Path, default=Path(f"benchmarks/results/{name}.jsonl"))
+    a = parser.parse_args()
+    return [{"mask": str(p), "lod": a.lod, "elements": a.elements} for p in masks_of(a.masks)], a
 
 
 def masks_of(places: Iterable[Path]) -> list[Path]:

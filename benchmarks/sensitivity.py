@@ -12,7 +12,6 @@ the masks, and the largest change that any mask sees.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -20,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 import heartgen
-from benchmarks.rows import Row, case_of, column, elements_of, masks_of, resume, table
+from benchmarks.rows import Row, case_of, column, elements_of, jobs_of_masks, resume, table
 from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.errors import HeartgenError
 from heartgen.refinement import Weights, patient_of, refine, weights_for
@@ -35,16 +34,7 @@ FIGURES = ("error", "quality", "quality_min", "scaled", "scaled_min")
 
 def main() -> None:
     """Refine and tabulate."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
-    parser.add_argument("masks", type=Path, nargs="+")
-    parser.add_argument("--lod", type=int, default=3)
-    parser.add_argument("--elements")
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--output", type=Path, default=Path("benchmarks/results/sensitivity.jsonl"))
-    a = parser.parse_args()
-    jobs = [{"mask": str(p), "lod": a.lod, "elements": a.elements} for p in masks_of(a.masks)]
+    jobs, a = jobs_of_masks(__doc__, "sensitivity")
     print(report(resume(a.output, jobs, measure, a.jobs)))
 
 
