@@ -15,9 +15,9 @@ from threadpoolctl import threadpool_limits
 from heartgen.anatomy import Anatomy, analyse
 from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.enhancement import enhance
-from heartgen.formats import write_mesh, write_text
+from heartgen.formats import file_name, write_mesh, write_text
 from heartgen.images import Finding, Mask
-from heartgen.mesh import HexMesh
+from heartgen.mesh import HexMesh, MeshField
 from heartgen.mesh.jacobian import jacobian_ratio, volume
 from heartgen.mesh.validity import certify
 from heartgen.options import Options
@@ -92,7 +92,12 @@ class Personalization:
     mesh: HexMesh
     report: Report = field(repr=False)
 
-    def write(self, folder: str | Path, formats: tuple[str, ...] = ("exf", "vtu")) -> list[Path]:
+    def write(
+        self,
+        folder: str | Path,
+        formats: tuple[str, ...] = ("exf", "vtu"),
+        fields: Iterable[MeshField] = (),
+    ) -> list[Path]:
         """Write the mesh and its report; each file appears whole or not at all.
 
         Parameters
@@ -100,17 +105,20 @@ class Personalization:
         folder : path
             Created if absent; gets ``mesh.exf``, ``mesh.vtu`` and ``report.json``.
         formats : tuple of str
-            File name extensions of the mesh formats.
+            Names of the mesh formats, of `heartgen.formats.FORMATS`.
+        fields : iterable of MeshField
+            Fields on the mesh that go into the files that have a place for them.
 
         Returns
         -------
         list of Path
             The files written.
         """
-        folder = Path(folder)
-        paths = [folder / f"mesh.{extension}" for extension in formats]
-        for path in paths:
-            write_mesh(self.mesh, path)
+        folder, fields = Path(folder), tuple(fields)
+        paths: list[Path] = []
+        for name in formats:
+            path = folder / file_name("mesh", name)
+            paths += write_mesh(self.mesh, path, fields, name).files
         write_text(self.report.to_json() + "\n", folder / "report.json")
         return [*paths, folder / "report.json"]
 

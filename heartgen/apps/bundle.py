@@ -39,7 +39,7 @@ def make_bundle(
     ----------
     outcome : Outcome
     formats : iterable of str
-        Endings of mesh formats, without the dot.
+        Names of mesh formats.
     report : bool
         Add the page with the 3-D view.
     figures : bool

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.formats.files import write_text
+from heartgen.formats.files import Written, write_text
 from heartgen.formats.groups import Group, named_groups
 from heartgen.formats.nodal import NodalParameters, nodal_parameters
 from heartgen.formats.skeleton import COLLAPSED, Skeleton, skeleton
@@ -46,7 +46,7 @@ MESHES = (
 
 def write_exf(
     mesh: HexMesh, path: str | Path, groups: Mapping[str, NDArray[np.intp]] | None = None
-) -> None:
+) -> Written:
     """Write a mesh as an EX version 3 file.
 
     Parameters
@@ -57,6 +57,10 @@ def write_exf(
     groups : mapping of str to (n,) or (n, 2) int, optional
         More named groups, of elements or of faces (element, face). The surfaces, the apex and the
         myocardium of a left ventricle are always there, under the names scaffoldmaker gives them.
+
+    Returns
+    -------
+    Written
 
     Raises
     ------
@@ -76,7 +80,7 @@ def write_exf(
         *_elements(mesh.topology.nodes, parameters.version, parts.faces),
         *(line for name, group in named.items() for line in _group(name, group)),
     ]
-    write_text("\n".join(lines) + "\n", path)
+    return write_text("\n".join(lines) + "\n", path)
 
 
 def _nodes(parameters: NodalParameters) -> Iterator[str]:

@@ -6,12 +6,28 @@ import os
 import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from heartgen.errors import HeartgenError
 
 
-def write_text(text: str, path: str | Path) -> None:
+@dataclass(frozen=True)
+class Written:
+    """What writing a mesh made.
+
+    Attributes
+    ----------
+    files : tuple of Path
+    notes : tuple of str
+        What the user should know, such as the error of a format that cannot hold the mesh exactly.
+    """
+
+    files: tuple[Path, ...]
+    notes: tuple[str, ...] = ()
+
+
+def write_text(text: str, path: str | Path) -> Written:
     """Write a text file in one step.
 
     Parameters
@@ -21,6 +37,11 @@ def write_text(text: str, path: str | Path) -> None:
     path : path
         Its folder is created if absent. A file of that name is replaced.
 
+    Returns
+    -------
+    Written
+        That one file.
+
     Raises
     ------
     HeartgenError
@@ -28,6 +49,7 @@ def write_text(text: str, path: str | Path) -> None:
     """
     with replacing(path) as temporary:
         temporary.write_bytes(text.encode())
+    return Written((Path(path),))
 
 
 @contextmanager

@@ -1,27 +1,23 @@
 """VTU: the mesh as cubic Lagrange hexahedra for VTK, ParaView and finite element codes, exactly.
 
-A tricubic element is as well given by its places on a 4 x 4 x 4 lattice. Elements share the lattice
-points at which they meet; at the pole each element keeps its own, because merged there they would
-give readers that build faces a face with many neighbours. mm, world (LPS).
+A tricubic element is as well given by its places on a 4 x 4 x 4 lattice. mm, world (LPS).
 """
 
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.errors import MeshError
-from heartgen.formats.files import write_text
-from heartgen.formats.sharing import coincident, probe
-from heartgen.mesh.bernstein import lattice
-from heartgen.mesh.hexmesh import HexMesh, Topology
+from heartgen.formats.files import Written, write_text
+from heartgen.formats.lattice import shared_points
+from heartgen.mesh.field import MeshField, fitting
+from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.jacobian import jacobian_ratio
-from heartgen.mesh.surfaces import face_coefficients
 
 LAGRANGE_HEXAHEDRON = 72
 """VTK's number of the cell type."""
@@ -47,9 +43,7 @@ TYPES = {
 """VTK's name and numpy's of the type in which each kind of array is stored."""
 
 
-def write_vtu(
-    mesh: HexMesh, path: str | Path, cell_data: Mapping[str, NDArray[np.generic]] | None = None
-) -> None:
+def write_vtu(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField] = ()) -> Written:
     """Write a mesh as an unstructured VTK file.
 
     Parameters
@@ -57,24 +51,30 @@ def write_vtu(
     mesh : HexMesh
     path : path
         Its folder is created if absent.
-    cell_data : mapping of str to (e,) or (e, n) array, optional
-        More data of the elements. Always there are ``structure``, the place of an element in the
-        mesh (radial, circumferential, longitudinal), and ``jacobian_ratio``.
+    fields : iterable of MeshField
+        Data of the points, or of the cells for those that are constant in each element. Elements
+        do not share the points where one of them jumps. Data of the cells are always
+        ``structure``, the place of an element in the mesh (radial, circumferential,
+        longitudinal), and ``jacobian_ratio``, unless a field of that name is given.
+
+    Returns
+    -------
+    Written
 
     Raises
     ------
     HeartgenError
         If the file cannot be written.
     MeshError
-        If the data does not fit the mesh.
+        If a field does not fit the mesh.
     """
+    fields = fitting(fields, mesh.n_elements)
     data: dict[str, NDArray[np.generic]] = {
         "structure": mesh.topology.index,
         "jacobian_ratio": jacobian_ratio(mesh),
     }
-    for name, values in (cell_data or {}).items():
-        data[name] = _checked(name, np.asarray(values), mesh.n_elements)
-    number, first = _shared_points(mesh.topology)
+    data |= {field.name: field.values for field in fields if field.per_element}
+    number, first = shared_points(mesh.topology, fields)
     points = mesh.lagrange_points().reshape(-1, 3)[first]
     order = np.array([[int(digit) for digit in place] for place in ORDER.split()]) @ [1, 4, 16]
     connectivity = number[:, order]
@@ -91,35 +91,14 @@ def write_vtu(
     _append(cells, "connectivity", connectivity.ravel())
     _append(cells, "offsets", size * np.arange(1, mesh.n_elements + 1))
     _append(cells, "types", np.full(mesh.n_elements, LAGRANGE_HEXAHEDRON), kind="b")
-    of_cells = ET.SubElement(piece, "CellData")
+    of_points, of_cells = ET.SubElement(piece, "PointData"), ET.SubElement(piece, "CellData")
+    for field in fields:
+        if not field.per_element:
+            _append(of_points, field.name, field.values.reshape(-1, field.components)[first])
     for name, values in data.items():
         _append(of_cells, name, values)
     ET.indent(root)
-    write_text(ET.tostring(root, encoding="unicode", xml_declaration=True) + "\n", path)
-
-
-def _shared_points(topology: Topology) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Number of each lattice point (e, 64), and where among all of them each appears first."""
-    shape, xi = probe(topology), lattice()
-    key = np.zeros((topology.n_elements, len(xi), 6))
-    key[..., :3] = shape.evaluate(xi)
-    slopes = shape.gradient(xi)
-    for element, face in topology.collapsed:
-        # The points of a collapsed face are told apart by the direction in which they leave it.
-        on = face_coefficients()[face]
-        key[element, on, 3:] = slopes[element, on, :, face // 2]
-    number, first = coincident(key.reshape(-1, 6))
-    return number.reshape(len(key), -1), first
-
-
-def _checked(name: str, values: NDArray[np.generic], n_elements: int) -> NDArray[np.generic]:
-    """Refuse data that is not numbers per element."""
-    if values.dtype.kind not in TYPES or values.ndim not in (1, 2) or len(values) != n_elements:
-        raise MeshError(
-            f"cell data {name!r}: {values.dtype} of shape {values.shape} does not fit the mesh: "
-            f"give numbers of shape ({n_elements},) or ({n_elements}, n), one row an element"
-        )
-    return values
+    return write_text(ET.tostring(root, encoding="unicode", xml_declaration=True) + "\n", path)
 
 
 def _append(

@@ -5,12 +5,15 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from heartgen.errors import HeartgenError, InputError
-from heartgen.formats import WRITERS, replacing, write_mesh, write_text
+from heartgen.formats import FORMATS, file_name, replacing, write_mesh, write_text
+from heartgen.mesh import MeshField
 
 OLD, NEW = "the file as it was\n", "the file as it should be\n"
 
@@ -131,11 +134,35 @@ def test_others_may_read_it_as_they_may_any_new_file(path):
 # --- the format is in the name -------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", [f"mesh{ending}" for ending in WRITERS] + ["MESH.EXF", "a.b.vtu"])
+@pytest.mark.parametrize("name", ["mesh.exf", "mesh.vtu", "MESH.EXF", "a.b.vtu"])
 def test_the_ending_decides(small, tmp_path, name):
-    write_mesh(small, tmp_path / name)
-    WRITERS[Path(name).suffix.lower()](small, tmp_path / "directly")
+    written = write_mesh(small, tmp_path / name)
+    assert written.files == (tmp_path / name,)
+    FORMATS[name[-3:].lower()].write(small, tmp_path / "directly", ())
     assert (tmp_path / name).read_bytes() == (tmp_path / "directly").read_bytes()
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_every_format_has_a_file_name_that_it_accepts(small, tmp_path, name):
+    written = write_mesh(small, tmp_path / file_name("mesh", name), format=name)
+    assert all(file.stat().st_size > 0 for file in written.files)
+    assert {file.stem for file in written.files} <= {"mesh", f"mesh-{name}"}
+
+
+def test_a_format_that_is_named_wants_its_own_ending(small, tmp_path):
+    with pytest.raises(InputError, match=r"mesh\.vtu.*end the name in \.exf\."):
+        write_mesh(small, tmp_path / "mesh.vtu", format="exf")
+    with pytest.raises(InputError, match="format 'docx' is not known: choose one of exf, "):
+        write_mesh(small, tmp_path / "mesh.vtu", format="docx")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_fields_that_a_format_cannot_hold_are_named(small, tmp_path, monkeypatch):
+    bare = replace(FORMATS["vtu"], fields=False)
+    monkeypatch.setitem(FORMATS, "vtu", bare)
+    fields = [MeshField("depth", np.zeros((small.n_elements, 64, 1)))]
+    written = write_mesh(small, tmp_path / "mesh.vtu", fields)
+    assert written.notes == ("mesh.vtu does not hold the fields, which have no place in it: depth",)
 
 
 @pytest.mark.parametrize("name", ["mesh.stl", "mesh", ".exf", "mesh.exf.gz"])

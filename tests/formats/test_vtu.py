@@ -10,6 +10,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from heartgen.errors import MeshError
 from heartgen.formats import write_vtu
+from heartgen.mesh import MeshField
+from heartgen.mesh.bernstein import lattice
 from heartgen.mesh.jacobian import jacobian_ratio
 
 core = pytest.importorskip("vtkmodules.vtkCommonCore")
@@ -42,6 +44,12 @@ def connectivity(grid):
     return vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(-1, 64)
 
 
+def lattice_order():
+    """VTK's number of each of the 64 points of a cell, xi1 fastest."""
+    index = model.vtkHigherOrderHexahedron.PointIndexFromIJK
+    return [index(i, j, k, [3, 3, 3]) for k in range(4) for j in range(4) for i in range(4)]
+
+
 def points(grid):
     return vtk_to_numpy(grid.GetPoints().GetData())
 
@@ -71,10 +79,7 @@ def test_every_place_of_every_element_is_ours(mesh, written):
 
 def test_lattice_points_are_stored_to_the_bit(mesh, written):
     grid = written(mesh)
-    degree = [3, 3, 3, 64]
-    index = model.vtkHigherOrderHexahedron.PointIndexFromIJK
-    order = [index(i, j, k, degree) for k in range(4) for j in range(4) for i in range(4)]
-    stored = points(grid)[connectivity(grid)[:, order]]
+    stored = points(grid)[connectivity(grid)[:, lattice_order()]]
     assert stored.dtype == np.float64
     # A shared point has the bits of the first element that has it.
     assert_allclose(stored, mesh.lagrange_points(), rtol=0, atol=1e-13)
@@ -115,28 +120,50 @@ def test_place_and_quality_of_elements_are_there(mesh, written):
     assert_array_equal(cell_data(grid, "jacobian_ratio"), jacobian_ratio(mesh))
 
 
-def test_more_data_may_be_given(usual, written):
+def point_data(grid, name):
+    return vtk_to_numpy(grid.GetPointData().GetArray(name))
+
+
+def test_fields_per_element_are_data_of_the_cells(usual, written):
     n = usual.n_elements
-    data = {
-        'strain <ε> & "more"': np.random.default_rng(0).standard_normal((n, 6)),
-        "segment": np.arange(n, dtype=np.int32) % 17,
-        "scar": np.arange(n) % 2 == 0,
-        "unknown": np.full(n, np.nan),
-        "single": np.linspace(0, 1, n, dtype=np.float32),
-        "big endian": np.arange(n, dtype=">i4"),
-        "structure": np.arange(n),
-    }
-    grid = written(usual, cell_data=data)
-    for name, values in data.items():
-        assert_array_equal(cell_data(grid, name), values)
+    strain = np.random.default_rng(0).standard_normal((n, 6))
+    fields = [
+        MeshField('strain <ε> & "more"', strain),
+        MeshField("segment", np.arange(n) % 17),
+        MeshField("structure", np.arange(n)),
+    ]
+    grid = written(usual, fields=fields)
+    assert_array_equal(cell_data(grid, 'strain <ε> & "more"'), strain)
+    assert_array_equal(cell_data(grid, "segment"), np.arange(n) % 17)
+    assert_array_equal(cell_data(grid, "structure"), np.arange(n))
+
+
+def test_smooth_fields_are_data_of_the_points(usual, written):
+    places = usual.lagrange_points()
+    grid = written(usual, fields=[MeshField("affine", 2 * places[..., :2] + 1)])
+    assert grid.GetNumberOfPoints() == written(usual).GetNumberOfPoints()
+    assert_allclose(point_data(grid, "affine"), 2 * points(grid)[:, :2] + 1, atol=1e-12)
+
+
+def test_where_a_field_jumps_each_element_has_its_own_value(usual, written):
+    around = usual.topology.shape[1]
+    turn = (usual.topology.index[:, 1, None] + lattice()[None, :, 0]) / around
+    grid = written(usual, fields=[MeshField("turn", turn[..., None])])
+    assert_allclose(
+        point_data(grid, "turn")[connectivity(grid)[:, lattice_order()]], turn, atol=1e-12
+    )
+    seam = (3 * 1 + 1) * (3 * 6 + 1)  # lattice points on it
+    assert grid.GetNumberOfPoints() == written(usual).GetNumberOfPoints() + seam
 
 
 @pytest.mark.parametrize(
-    "values",
-    [np.zeros(71), np.zeros(73), np.float64(1), np.zeros((72, 2, 2)), ["basal"] * 72, [1j] * 72],
-    ids=["short", "long", "one number", "matrices", "words", "complex"],
+    ("fields", "message"),
+    [
+        ([MeshField("mine", np.zeros(71))], "'mine' is given on 71 elements"),
+        ([MeshField("mine", np.zeros(72))] * 2, "two fields are named 'mine'"),
+    ],
 )
-def test_data_that_does_not_fit_is_refused(usual, tmp_path, values):
-    with pytest.raises(MeshError, match=r"cell data 'mine': .* shape \(72,\) or \(72, n\)"):
-        write_vtu(usual, tmp_path / "mesh.vtu", cell_data={"mine": values})
+def test_fields_of_another_mesh_are_refused(usual, tmp_path, fields, message):
+    with pytest.raises(MeshError, match=message):
+        write_vtu(usual, tmp_path / "mesh.vtu", fields)
     assert list(tmp_path.iterdir()) == []

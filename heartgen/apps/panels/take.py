@@ -13,12 +13,8 @@ from heartgen.apps.session import Session, siblings
 from heartgen.apps.transfer import MEGABYTE, Download
 from heartgen.errors import HeartgenError
 
-FORMATS = {
-    "exf": "EX (.exf): OpenCMISS, zinc, scaffoldmaker; exact",
-    "vtu": "VTK (.vtu): ParaView, PyVista; exact, cubic cells",
-}
-"""What the mesh formats are called; a format without an entry is offered by its ending."""
-
+TICKED = ("exf", "vtu")
+"""Mesh formats that are in the zip unless they are not wanted."""
 
 ALWAYS = "Always: report.json, manifest.json (options, versions, hashes), reproduce.py"
 
@@ -84,14 +80,14 @@ class TakePanel:
         from heartgen.apps.bundle import reproduce
 
         if not self.formats:
-            self.formats = {ending: _check(t, f"Add mesh.{ending}") for ending, t in _writers()}
+            self.formats = _format_boxes()
             self.boxes.children = tuple(self.formats.values())
         self.code.value = f"<pre tabindex=0>{html.escape(reproduce(shown))}</pre>"
 
     def _make(self) -> None:
         """Make the archive in a thread."""
         shown = self.session.shown
-        formats = [ending for ending, box in self.formats.items() if box.value]
+        formats = [name for name, box in self.formats.items() if box.value]
         wanted = {"report": self.report.value, "figures": self.figures.value}
         levels = siblings(self.session, shown)
         self.note.value = "Making the archive …"
@@ -121,15 +117,17 @@ class TakePanel:
         self.note.value = f"{html.escape(name)}, {len(content) / MEGABYTE:.1f} MB"
 
 
-def _writers() -> list[tuple[str, str]]:
-    """Ending and title of every mesh format there is."""
-    from heartgen.formats import WRITERS
+def _format_boxes() -> dict[str, Any]:
+    """A box for every mesh format there is."""
+    from heartgen.formats import FORMATS, file_name
 
-    endings = [ending.removeprefix(".") for ending in WRITERS]
-    return [(ending, FORMATS.get(ending, f".{ending}")) for ending in endings]
+    return {
+        name: _check(str(each), f"Add {file_name('mesh', name)}", ticked=name in TICKED)
+        for name, each in FORMATS.items()
+    }
 
 
-def _check(title: str, tooltip: str) -> Any:
-    """A box that is ticked."""
-    box = widgets.Checkbox(True, indent=False, description=title, tooltip=tooltip)
+def _check(title: str, tooltip: str, ticked: bool = True) -> Any:
+    """A box to tick."""
+    box = widgets.Checkbox(ticked, indent=False, description=title, tooltip=tooltip)
     return classed(box, "hg-row hg-wide")

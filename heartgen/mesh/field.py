@@ -1,0 +1,103 @@
+"""Fields on a mesh: numbers that vary within the elements, or one set of them per element."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heartgen.errors import MeshError
+from heartgen.mesh.bernstein import ORDER, lattice, tabulate
+
+COEFFICIENTS = ORDER**3
+
+
+@dataclass(frozen=True)
+class MeshField:
+    """A named field on the elements of a mesh.
+
+    Attributes
+    ----------
+    name : str
+        Printable, without spaces at either end.
+    values : (e, 64, k) or (e, k) float64
+        k components: on the 4 x 4 x 4 lattice of each element, xi1 fastest, as
+        `HexMesh.lagrange_points` has positions, between which they are cubic; or one value per
+        element, for which (e,) may be given as well. The field may jump between elements.
+    """
+
+    name: str
+    values: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        if not self.name or self.name != self.name.strip() or not self.name.isprintable():
+            raise MeshError(
+                f"field {self.name!r}: a file cannot hold this name: use printable characters "
+                "without spaces at either end"
+            )
+        values = np.asarray(self.values)
+        if values.ndim == 1:
+            values = values[:, None]
+        on_lattice = values.ndim == 3 and values.shape[1] == COEFFICIENTS
+        if values.dtype.kind not in "biuf" or not (values.ndim == 2 or on_lattice):
+            raise MeshError(
+                f"field {self.name!r}: {values.dtype} of shape {values.shape} is no field: give "
+                f"numbers of shape (e, {COEFFICIENTS}, k), on the lattice of each element, or "
+                "(e, k), one row an element"
+            )
+        if not np.all(np.isfinite(values)):
+            raise MeshError(
+                f"field {self.name!r} is not finite everywhere: give a number where it is unknown"
+            )
+        object.__setattr__(self, "values", values.astype(np.float64))
+
+    @property
+    def per_element(self) -> bool:
+        """True if the field is constant within each element."""
+        return self.values.ndim == 2
+
+    @property
+    def components(self) -> int:
+        """Number of components."""
+        return int(self.values.shape[-1])
+
+    def evaluate(self, xi: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Values at local coordinates (q, 3) of every element, (e, q, k) float64."""
+        if self.per_element:
+            return np.repeat(self.values[:, None], len(xi), axis=1)
+        basis = np.linalg.solve(tabulate(lattice()).T, tabulate(xi).T).T
+        return np.asarray(np.matmul(basis, self.values))
+
+
+def fitting(fields: Iterable[MeshField], n_elements: int) -> tuple[MeshField, ...]:
+    """Refuse fields of another mesh, or of the same name.
+
+    Parameters
+    ----------
+    fields : iterable of MeshField
+    n_elements : int
+        Of the mesh.
+
+    Returns
+    -------
+    tuple of MeshField
+        The same fields.
+
+    Raises
+    ------
+    MeshError
+        That names the field.
+    """
+    fields = tuple(fields)
+    names = [field.name for field in fields]
+    for field in fields:
+        if len(field.values) != n_elements:
+            raise MeshError(
+                f"field {field.name!r} is given on {len(field.values)} elements, but the mesh has "
+                f"{n_elements}: give the field of this mesh"
+            )
+        if names.count(field.name) > 1:
+            raise MeshError(f"two fields are named {field.name!r}: give each a name of its own")
+    return fields
