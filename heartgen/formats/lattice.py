@@ -7,10 +7,10 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.formats.sharing import coincident, probe
 from heartgen.mesh.bernstein import lattice
 from heartgen.mesh.field import MeshField
 from heartgen.mesh.hexmesh import Topology
+from heartgen.mesh.sharing import coincident, probe
 from heartgen.mesh.surfaces import face_coefficients
 
 

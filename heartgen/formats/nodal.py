@@ -14,9 +14,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from heartgen.formats.sharing import coincident, probe
 from heartgen.mesh.bernstein import BERNSTEIN_TO_HERMITE
 from heartgen.mesh.hexmesh import HexMesh, Topology
+from heartgen.mesh.sharing import coincident, probe
 
 CORNERS = 8
 PARAMETERS = 8

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_array_equal
 
-from heartgen.formats.sharing import coincident
 from heartgen.formats.skeleton import COLLAPSED, skeleton
+from heartgen.mesh.sharing import coincident
 
 PLACES = arrays(
     float, st.tuples(st.integers(1, 30), st.integers(1, 3)), elements=st.integers(-2, 2)
