@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from heartgen.errors import MeshError
 from heartgen.mesh.hexmesh import HexMesh
 
 
@@ -21,5 +22,15 @@ def enhance(mesh: HexMesh) -> HexMesh:
     -------
     HexMesh
         Same topology; endo- and epicardial degrees of freedom are bit-equal.
+
+    Raises
+    ------
+    MeshError
+        If the topology does not know how its wall is to be straightened.
     """
+    if mesh.topology.straightening is None:
+        raise MeshError(
+            f"a mesh in the {mesh.topology.basis} basis that was converted or read from a file "
+            "cannot be straightened: enhance it before"
+        )
     return mesh.with_dofs(np.asarray(mesh.topology.straightening @ mesh.dofs))

@@ -37,6 +37,9 @@ class Options:
         Straighten the mesh across the wall after warping.
     depth : {"graded", "linear"}
         Parametrisation across the wall: graded for even elements, or proportional.
+    basis : {"hermite", "lagrange"}
+        Cubic basis of the result: values and derivatives at the nodes, smooth between elements, or
+        values on a lattice in each element. The geometry is the same.
     """
 
     lod: int = 1
@@ -47,6 +50,7 @@ class Options:
     truncate: float | Literal["auto", "off"] = "auto"
     enhance: bool = True
     depth: Literal["graded", "linear"] = "graded"
+    basis: Literal["hermite", "lagrange"] = "hermite"
 
     def __post_init__(self) -> None:
         if self.lod not in range(1, 6):
@@ -73,6 +77,8 @@ class Options:
             )
         if self.depth not in ("graded", "linear"):
             raise InputError(f"depth {self.depth!r} is not known: choose graded or linear")
+        if self.basis not in ("hermite", "lagrange"):
+            raise InputError(f"basis {self.basis!r} is not known: choose hermite or lagrange")
 
     def passes(self, lod: int) -> int:
         """Registration passes at a level of detail."""

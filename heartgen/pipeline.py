@@ -258,6 +258,8 @@ def _finish(start: _Start, options: Options, clock: _Clock) -> Personalization:
         enhanced = enhance(warped) if options.enhance else warped
     with clock.step("refinement") as done:
         mesh, firmer = _refined(enhanced, anatomy, options, done)
+    if options.basis == "lagrange":
+        mesh = mesh.to_lagrange()
     with clock.step("assessment"):
         accuracy = assess_accuracy(mesh, anatomy.myocardium, anatomy.wall_volume)
         quality = assess_quality(mesh)

@@ -106,8 +106,8 @@ def test_fit_shows_the_steps_apart_from_the_results(fitted):
 def test_options_arrive(mask_file, tmp_path):
     outcome = run(
         "fit", mask_file, "-o", tmp_path, "--lod", 2, "--elements", "2x10x5",
-        "--truncate", "7.5", "--depth", "linear", "--no-enhance", "--no-refine",
-        "--quality", 2.0, "--ventricles", "lv",
+        "--truncate", "7.5", "--depth", "linear", "--basis", "lagrange",
+        "--no-enhance", "--no-refine", "--quality", 2.0, "--ventricles", "lv",
     )  # fmt: skip
     assert outcome.exit_code == 0, outcome.output
     options = json.loads((tmp_path / "report.json").read_text())["options"]
@@ -120,6 +120,7 @@ def test_options_arrive(mask_file, tmp_path):
         "quality": 2.0,
         "ventricles": "lv",
         "depth": "linear",
+        "basis": "lagrange",
     }
 
 
@@ -211,6 +212,7 @@ def test_bad_mask_is_told_in_a_sentence(name, command, tmp_path):
         (["fit", "text.nii", "-o", "out", "--elements", "0x12x6"], "not three positive numbers"),
         (["fit", "text.nii", "-o", "out", "--truncate", "some"], "a distance in mm, auto or off"),
         (["fit", "text.nii", "-o", "out", "--depth", "deep"], "choose graded or linear"),
+        (["fit", "text.nii", "-o", "out", "--basis", "linear"], "choose hermite or lagrange"),
         (["fit", "absent.nii", "-o", "out", "--labels", "acdc"], "no such file"),
         (["fit", "text.nii", "-o", "out", "--labels", "lv_myocardium="], "write them like"),
         (["fit", "text.nii", "-o", "out", "--labels", "acdc", "--label", "2"], "both given"),

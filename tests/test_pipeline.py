@@ -14,6 +14,7 @@ from heartgen import samples
 from heartgen.enhancement import enhance
 from heartgen.errors import AnatomyError, Cancelled, InputError
 from heartgen.images import Mask
+from heartgen.mesh.bases import deviation
 from heartgen.mesh.jacobian import volume
 from heartgen.mesh.surfaces import sample_faces
 from heartgen.options import REFINED_PASSES
@@ -255,6 +256,15 @@ def test_elements_are_free(lifelike: samples.Sample, elements: tuple[int, int, i
     assert result.report.success
 
 
+def test_the_lagrange_basis_is_the_same_mesh(
+    lifelike: samples.Sample, fitted: Personalization
+) -> None:
+    lagrange = heartgen.personalize(lifelike.mask, basis="lagrange")
+    assert lagrange.mesh.topology.basis == "lagrange"
+    assert deviation(lagrange.mesh, fitted.mesh) < 1e-9
+    assert lagrange.report.quality.valid
+
+
 def test_progress_names_every_step_and_can_cancel(lifelike: samples.Sample) -> None:
     seen: list[tuple[str, float]] = []
     heartgen.personalize(lifelike.mask, progress=lambda s, d: seen.append((s, d)))
@@ -284,6 +294,7 @@ def test_write_gives_three_files(fitted: Personalization, tmp_path: Path) -> Non
         ({"truncate": "maybe"}, "truncation"),
         ({"truncate": 500.0}, "truncation"),
         ({"depth": "cubic"}, "depth"),
+        ({"basis": "linear"}, "basis 'linear' is not known"),
     ],
 )
 def test_bad_choices_get_a_sentence(

@@ -121,6 +121,13 @@ def fit(
             help="Parametrisation across the wall: for even elements, or proportional.",
         ),
     ] = "graded",
+    basis: Annotated[
+        str,
+        typer.Option(
+            metavar="hermite|lagrange",
+            help="Cubic basis of the mesh: smooth between elements, or values on a lattice.",
+        ),
+    ] = "hermite",
     quality: Annotated[
         float,
         typer.Option(
@@ -154,6 +161,7 @@ def fit(
             refine=not no_refine,
             quality=quality,
             depth=cast("Any", depth),
+            basis=cast("Any", basis),
         )
         result = _personalized(_read(mask, label, labels, rv_wall, ventricles), options)
         with appearing_together(out) as folder:

@@ -14,15 +14,12 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from heartgen.mesh.bernstein import BERNSTEIN_TO_HERMITE
+from heartgen.mesh.bases import CORNERS, PARAMETERS, corner_parameters
 from heartgen.mesh.hexmesh import HexMesh, Topology
 from heartgen.mesh.sharing import coincident, probe
 
-CORNERS = 8
-PARAMETERS = 8
-
 ROUNDING = 1e-13
-"""Weight of a degree of freedom in a parameter below which it is rounding of zero."""
+"""Distance from a whole number within which the weight of a degree of freedom is that number."""
 
 
 @dataclass(frozen=True)
@@ -74,11 +71,9 @@ def nodal_parameters(mesh: HexMesh) -> NodalParameters:
 
 def _corner_rows(topology: Topology) -> sp.csr_array:
     """(64 e, n): weights of the degrees of freedom in each (element, corner, derivative)."""
-    # All entries are whole numbers, but for the rounding of the inversion.
-    end_by_derivative = np.rint(BERNSTEIN_TO_HERMITE).reshape(2, 2, -1)
-    one = np.kron(np.kron(end_by_derivative, end_by_derivative), end_by_derivative)
-    one = one.reshape(CORNERS * PARAMETERS, -1)
-    rows = sp.kron(sp.eye_array(topology.n_elements), sp.csr_array(one)) @ topology.extraction
-    rows.data[np.abs(rows.data) < ROUNDING] = 0
+    one = sp.csr_array(corner_parameters().reshape(CORNERS * PARAMETERS, -1))
+    rows = sp.kron(sp.eye_array(topology.n_elements), one) @ topology.extraction
+    whole = np.rint(rows.data)
+    rows.data = np.where(np.abs(rows.data - whole) < ROUNDING, whole, rows.data)
     rows.eliminate_zeros()
     return sp.csr_array(rows)

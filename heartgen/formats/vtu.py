@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.formats.files import Written
-from heartgen.formats.lattice import shared_points
 from heartgen.formats.vtkgrid import write_grid
 from heartgen.mesh.field import MeshField, fitting
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.jacobian import jacobian_ratio
+from heartgen.mesh.lattice import shared_points
 
 LAGRANGE_HEXAHEDRON = 72
 """VTK's number of the cell type."""

@@ -103,6 +103,28 @@ def lattice(n: int = ORDER) -> NDArray[np.float64]:
     return np.stack([i.ravel(), j.ravel(), k.ravel()], -1)
 
 
+def lagrange_to_bernstein(order: int = DEGREE) -> NDArray[np.float64]:
+    """Bernstein coefficients of the polynomial through evenly spaced values.
+
+    Parameters
+    ----------
+    order : int
+        Degree of the polynomial, at most 3.
+
+    Returns
+    -------
+    (4, order + 1) float64
+    """
+    of_order = np.linalg.inv(bernstein(np.linspace(0, 1, order + 1), order))
+    nodes = np.linspace(0, 1, ORDER)
+    return np.asarray(np.linalg.solve(bernstein(nodes), bernstein(nodes, order) @ of_order))
+
+
+def cube(line: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Matrix for all three directions of an element, xi1 fastest, from that of one."""
+    return np.kron(line, np.kron(line, line))
+
+
 def subdivision(n: int) -> NDArray[np.float64]:
     """Split a cubic into n equal pieces.
 

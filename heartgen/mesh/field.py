@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
-from heartgen.mesh.bernstein import ORDER, lattice, tabulate
+from heartgen.mesh.bernstein import ORDER, cube, lagrange_to_bernstein, tabulate
 
 COEFFICIENTS = ORDER**3
 
@@ -67,8 +67,7 @@ class MeshField:
         """Values at local coordinates (q, 3) of every element, (e, q, k) float64."""
         if self.per_element:
             return np.repeat(self.values[:, None], len(xi), axis=1)
-        basis = np.linalg.solve(tabulate(lattice()).T, tabulate(xi).T).T
-        return np.asarray(np.matmul(basis, self.values))
+        return np.asarray(np.matmul(tabulate(xi) @ cube(lagrange_to_bernstein()), self.values))
 
 
 def fitting(fields: Iterable[MeshField], n_elements: int) -> tuple[MeshField, ...]:

@@ -12,6 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from heartgen.errors import MeshError
 from heartgen.mesh.bernstein import tabulate
 from heartgen.mesh.hexmesh import COEFFICIENTS, HexMesh, Topology
 from heartgen.mesh.surfaces import (
@@ -39,6 +40,11 @@ class Freedom:
     """
 
     def __init__(self, topology: Topology) -> None:
+        if topology.straightening is None:
+            raise MeshError(
+                f"a mesh in the {topology.basis} basis that was converted or read from a file "
+                "cannot be refined: refine it before"
+            )
         straightening = sp.csc_array(topology.straightening)
         self.free = np.flatnonzero(np.diff(straightening.indptr))
         self.straight = sp.csr_array(straightening[:, self.free])

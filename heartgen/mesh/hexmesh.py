@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
@@ -38,12 +39,18 @@ class Topology:
         Corner nodes of each element, xi1 fastest; repeated where the element collapses.
     constant : (n,) float64
         Degrees of freedom of the function 1.
-    straightening : (n, n) sparse
-        Degrees of freedom after linearisation across the wall, from those before.
+    straightening : (n, n) sparse or None
+        Degrees of freedom after linearisation across the wall, from those before; None if the
+        topology does not know how its wall is to be straightened.
     parts : mapping of str to (m,) int
         Named regions: their elements.
     patches : mapping of str to (f, 2) int
         Named pieces of the surfaces, as (element, face).
+    basis : {"hermite", "lagrange"}
+        What the degrees of freedom are: values and derivatives at the nodes, or values on the
+        lattices of the elements.
+    hermite : Topology or None
+        The cubic Hermite topology that one of the Lagrange basis was made from.
     """
 
     extraction: sp.csr_array
@@ -53,9 +60,11 @@ class Topology:
     collapsed: NDArray[np.intp]
     nodes: NDArray[np.intp]
     constant: NDArray[np.float64]
-    straightening: sp.csr_array = field(repr=False)
+    straightening: sp.csr_array | None = field(repr=False)
     parts: Mapping[str, NDArray[np.intp]] = field(default_factory=dict)
     patches: Mapping[str, NDArray[np.intp]] = field(default_factory=dict)
+    basis: Literal["hermite", "lagrange"] = "hermite"
+    hermite: Topology | None = field(default=None, repr=False)
 
     @property
     def n_elements(self) -> int:
@@ -166,6 +175,38 @@ class HexMesh:
             self, topology=_refine(self.topology, (circumferential, longitudinal, radial))
         )
 
+    def to_lagrange(self, order: int = 3) -> HexMesh:
+        """Return the mesh in the Lagrange basis: values on a lattice in each element, C0.
+
+        Parameters
+        ----------
+        order : {1, 2, 3}
+            3 leaves the geometry as it is. Lower orders resample it: the elements then pass
+            through lattices of 2 or 3 points per direction; `heartgen.mesh.bases.deviation` tells
+            how far that moves them.
+
+        Returns
+        -------
+        HexMesh
+            Still of tricubic elements, which contain those of lower order.
+        """
+        from heartgen.mesh.bases import to_lagrange
+
+        return to_lagrange(self, order)
+
+    def to_hermite(self) -> HexMesh:
+        """Return the mesh in the cubic Hermite basis; the geometry stays as it is.
+
+        Returns
+        -------
+        HexMesh
+            In the topology that the mesh had before `to_lagrange` if its geometry lies in that;
+            otherwise nodes have versions of the derivatives in which their elements differ.
+        """
+        from heartgen.mesh.bases import to_hermite
+
+        return to_hermite(self)
+
 
 def _refine(topology: Topology, pieces: tuple[int, int, int]) -> Topology:
     """Topology with every element split into pieces along (xi1, xi2, xi3)."""
@@ -191,18 +232,18 @@ def _refine(topology: Topology, pieces: tuple[int, int, int]) -> Topology:
             out.append(np.stack([element * n_cells + on_face, np.full(len(on_face), face)], -1))
         return np.concatenate(out) if out else np.zeros((0, 2), dtype=np.intp)
 
-    return Topology(
+    return replace(
+        topology,
         extraction=extraction,
         shape=tuple(int(n * f) for n, f in zip(topology.shape, factor, strict=True)),  # type: ignore[arg-type]
         index=index,
         surfaces={name: split_faces(f) for name, f in topology.surfaces.items()},
         collapsed=split_faces(topology.collapsed),
         nodes=corner_nodes(extraction),
-        constant=topology.constant,
-        straightening=topology.straightening,
         parts={
             name: (n_cells * part[:, None] + np.arange(n_cells)).ravel()
             for name, part in topology.parts.items()
         },
         patches={name: split_faces(f) for name, f in topology.patches.items()},
+        hermite=None if topology.hermite is None else _refine(topology.hermite, pieces),
     )

@@ -22,6 +22,8 @@ CASES = {
 
 PLACES = np.vstack([[0.5, 0.5], np.random.default_rng(2).uniform(size=(5, 2))])
 
+PLACES_INSIDE = np.random.default_rng(3).uniform(size=(7, 3))
+
 
 @pytest.fixture(params=CASES, ids=CASES.get)
 def case(request: pytest.FixtureRequest) -> tuple[Opening, Topology]:
@@ -136,6 +138,10 @@ def test_refined_geometry_and_names(case: tuple[Opening, Topology]) -> None:
     _, topology = case
     mesh = random_mesh(topology)
     fine = mesh.refined(radial=2, circumferential=1, longitudinal=2)
+    halves = fine.evaluate(PLACES_INSIDE).reshape(mesh.n_elements, 2, 2, -1, 3)
+    for k, j in np.ndindex(2, 2):
+        whole = mesh.evaluate((PLACES_INSIDE + np.array([0, j, k])) / [1, 2, 2])
+        assert np.abs(halves[:, k, j] - whole).max() < 1e-10
     assert volume(fine) == pytest.approx(volume(mesh), rel=1e-9, abs=1e-9)
     assert {k: 4 * len(v) for k, v in topology.parts.items()} == {
         k: len(v) for k, v in fine.topology.parts.items()

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_array_equal
 
-from heartgen.formats.skeleton import COLLAPSED, skeleton
 from heartgen.mesh.sharing import coincident
 
 PLACES = arrays(
@@ -24,16 +23,3 @@ def test_equal_places_get_equal_numbers_in_order_of_appearance(places, seed):
     assert number.tolist() == [known.index(tuple(place)) for place in places.tolist()]
     assert_array_equal(places[first], known)
     assert_array_equal(number[first], np.arange(len(known)))
-
-
-def test_every_face_has_one_or_two_elements_and_the_outer_ones_are_the_named(mesh):
-    faces = skeleton(mesh.topology).faces
-    users = np.bincount(faces[faces != COLLAPSED])
-    assert set(users) == {1, 2}
-    outside = mesh.topology.external
-    assert_array_equal(np.sort(faces[outside[:, 0], outside[:, 1]]), np.flatnonzero(users == 1))
-
-
-def test_only_the_pole_collapses(mesh):
-    faces = skeleton(mesh.topology).faces
-    assert_array_equal(np.argwhere(faces == COLLAPSED), np.sort(mesh.topology.collapsed, axis=0))

@@ -1,0 +1,155 @@
+"""Change of basis: cubic Hermite, cubic Lagrange; the same elements with another extraction."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+from numpy.typing import NDArray
+
+from heartgen.errors import MeshError
+from heartgen.mesh.bernstein import (
+    BERNSTEIN_TO_HERMITE,
+    DEGREE,
+    HERMITE_TO_BERNSTEIN,
+    cube,
+    lagrange_to_bernstein,
+    lattice,
+)
+from heartgen.mesh.hexmesh import COEFFICIENTS, HexMesh, Topology
+from heartgen.mesh.sharing import coincident, probe
+
+CORNERS = 8
+PARAMETERS = 8
+"""Of a corner: value, d/dxi1, d/dxi2, d2/dxi1dxi2, d/dxi3, d2/dxi1dxi3, d2/dxi2dxi3, d3."""
+
+FITS = 1e-11
+"""Distance, relative to the extent of the mesh, within which a geometry lies in a space."""
+
+DENSE = 9
+"""Points per direction in an element at which meshes are compared."""
+
+
+def to_lagrange(mesh: HexMesh, order: int = DEGREE) -> HexMesh:
+    """See `HexMesh.to_lagrange`.
+
+    Raises
+    ------
+    MeshError
+        If there is no such order.
+    """
+    if order not in range(1, DEGREE + 1):
+        raise MeshError(f"Lagrange elements of order {order} do not exist here: choose 1, 2 or 3")
+    topology, xi = mesh.topology, lattice(order + 1)
+    if topology.basis == "lagrange" and order == DEGREE:
+        return mesh
+    number, first = coincident(probe(topology).evaluate(xi).reshape(-1, 3))
+    line = sp.csr_array(cube(lagrange_to_bernstein(order)))
+    lagrange = replace(
+        topology,
+        extraction=_extraction(line, number, len(first)),
+        constant=np.ones(len(first)),
+        straightening=None,
+        basis="lagrange",
+        hermite=topology if order == DEGREE else None,
+    )
+    return HexMesh(mesh.evaluate(xi).reshape(-1, 3)[first], lagrange)
+
+
+def to_hermite(mesh: HexMesh) -> HexMesh:
+    """See `HexMesh.to_hermite`."""
+    if mesh.topology.basis == "hermite":
+        return mesh
+    if mesh.topology.hermite is not None:
+        found = HexMesh(_fitted(mesh.topology.hermite, mesh.control), mesh.topology.hermite)
+        if np.abs(found.control - mesh.control).max() <= FITS * _extent(mesh):
+            return found
+    return _with_versions(mesh)
+
+
+def deviation(mesh: HexMesh, other: HexMesh) -> float:
+    """Largest distance between the same material points of two meshes of the same elements, mm."""
+    xi = lattice(DENSE)
+    return float(np.linalg.norm(mesh.evaluate(xi) - other.evaluate(xi), axis=-1).max())
+
+
+def corner_parameters() -> NDArray[np.float64]:
+    """Parameters of the corners of an element from its Bernstein coefficients, (8, 8, 64)."""
+    # All entries are whole numbers, but for the rounding of the inversion.
+    return cube_by_ends(np.rint(BERNSTEIN_TO_HERMITE).reshape(2, 2, -1))
+
+
+def cube_by_ends(line: NDArray[np.float64]) -> NDArray[np.float64]:
+    """`cube` of a matrix (end, derivative, m): (corner, derivative, m^3)."""
+    return np.asarray(np.kron(line, np.kron(line, line)))
+
+
+def nodal_extraction(weights: sp.csr_array) -> sp.csr_array:
+    """Extraction of elements whose corner parameters are known.
+
+    Parameters
+    ----------
+    weights : (64 e, n) sparse
+        Parameters of all elements, by (element, corner, derivative), from n degrees of freedom.
+
+    Returns
+    -------
+    (64 e, n) sparse
+        Bernstein coefficients from these.
+    """
+    # (4, end, derivative) to (64, corner, derivative)
+    line = np.moveaxis(HERMITE_TO_BERNSTEIN.reshape(-1, 2, 2), 0, -1)
+    one = cube_by_ends(line).reshape(-1, COEFFICIENTS).T
+    return sp.csr_array(sp.kron(sp.eye_array(weights.shape[0] // COEFFICIENTS), one) @ weights)
+
+
+def _with_versions(mesh: HexMesh) -> HexMesh:
+    """Cubic Hermite mesh whose corners share the parameters that are the same in all of them."""
+    topology = mesh.topology
+    values = np.einsum("cpa,eax->ecpx", corner_parameters(), mesh.control)
+    slot = PARAMETERS * topology.nodes[..., None] + np.arange(PARAMETERS)
+    key = np.column_stack([values.reshape(-1, 3) / _extent(mesh), slot.ravel()])
+    number, first = coincident(key)
+    weights = _gather(number, len(first))
+    return HexMesh(
+        values.reshape(-1, 3)[first],
+        replace(
+            topology,
+            extraction=nodal_extraction(weights),
+            constant=(slot.ravel()[first] % PARAMETERS == 0).astype(float),
+            basis="hermite",
+            hermite=None,
+        ),
+    )
+
+
+def _extraction(one: sp.csr_array, number: NDArray[np.intp], n: int) -> sp.csr_array:
+    """Extraction of elements that are all the same (64, m) of their own m of n numbers (e m,)."""
+    n_elements = len(number) // one.shape[1]
+    return sp.csr_array(sp.kron(sp.eye_array(n_elements), one) @ _gather(number, n))
+
+
+def _gather(number: NDArray[np.intp], n: int) -> sp.csr_array:
+    """Sparse (m, n) that picks these of n numbers."""
+    entries = (np.ones(len(number)), (np.arange(len(number)), number))
+    return sp.csr_array(sp.coo_array(entries, shape=(len(number), n)))
+
+
+def _fitted(topology: Topology, control: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Degrees of freedom whose elements come closest to these coefficients (e, 64, 3)."""
+    matrix, wanted = topology.extraction, control.reshape(-1, 3)
+    factor = spla.splu(
+        sp.csc_array(matrix.T @ matrix),
+        permc_spec="MMD_AT_PLUS_A",
+        options={"SymmetricMode": True},
+    )
+    dofs = factor.solve(np.asarray(matrix.T @ wanted))
+    # A step of iterative refinement: normal equations lose half of the digits.
+    return np.asarray(dofs + factor.solve(np.asarray(matrix.T @ (wanted - matrix @ dofs))))
+
+
+def _extent(mesh: HexMesh) -> float:
+    """Largest side of the box around the coefficients, mm."""
+    return float(np.ptp(mesh.control.reshape(-1, 3), axis=0).max())
