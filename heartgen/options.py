@@ -1,4 +1,4 @@
-"""What the user may choose."""
+"""What the user may choose, and what is done with it: the steps."""
 
 from __future__ import annotations
 
@@ -6,6 +6,21 @@ from dataclasses import dataclass
 from typing import Literal
 
 from heartgen.errors import InputError
+
+STEPS = (
+    "shape analysis",
+    "template",
+    "registration",
+    "warping",
+    "enhancement",
+    "refinement",
+    "assessment",
+)
+"""Steps of the pipeline, in order."""
+
+LV_ELEMENTS = (1, 12, 6)
+BIV_ELEMENTS = (2, 12, 8)
+"""Default elements (radial, circumferential, longitudinal)."""
 
 QUALITY_LIMITS = (0.01, 100.0)
 """Range of the quality dial."""
@@ -83,3 +98,8 @@ class Options:
     def passes(self, lod: int) -> int:
         """Registration passes at a level of detail."""
         return min(lod, REFINED_PASSES) if self.refine else lod
+
+
+def usual_elements(both: bool) -> tuple[int, int, int]:
+    """Elements (radial, circumferential, longitudinal) of a left ventricle, or of both."""
+    return BIV_ELEMENTS if both else LV_ELEMENTS

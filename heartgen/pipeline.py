@@ -20,7 +20,7 @@ from heartgen.images import Finding, Mask
 from heartgen.mesh import HexMesh, MeshField
 from heartgen.mesh.jacobian import jacobian_ratio, volume
 from heartgen.mesh.validity import certify
-from heartgen.options import Options
+from heartgen.options import Options, usual_elements
 from heartgen.refinement import patient_of, refine, weights_for
 from heartgen.registration import Deformation, register
 from heartgen.report import Measurements, Report, RightMeasurements
@@ -31,20 +31,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     import pyvista
-
-STEPS = (
-    "shape analysis",
-    "template",
-    "registration",
-    "warping",
-    "enhancement",
-    "refinement",
-    "assessment",
-)
-
-LV_ELEMENTS = (1, 12, 6)
-BIV_ELEMENTS = (2, 12, 8)
-"""Default elements (radial, circumferential, longitudinal)."""
 
 FIRMER = 10.0
 """Factor by which an element that is not proven valid becomes firmer as the refinement goes on."""
@@ -251,7 +237,7 @@ class _Start:
 def _finish(start: _Start, options: Options, clock: _Clock) -> Personalization:
     """Warp, enhance, refine and assess at one level of detail."""
     anatomy, deformations = start.anatomy, start.deformations[: options.lod]
-    options = replace(options, elements=options.elements or _default_elements(anatomy))
+    options = replace(options, elements=options.elements or usual_elements(anatomy.rv is not None))
     with clock.step("warping"):
         level, warped = _deepest_valid(start.template, deformations, options)
     with clock.step("enhancement"):
@@ -284,15 +270,10 @@ def _finish(start: _Start, options: Options, clock: _Clock) -> Personalization:
     )
 
 
-def _default_elements(anatomy: Anatomy) -> tuple[int, int, int]:
-    """Elements for what the mask shows."""
-    return LV_ELEMENTS if anatomy.rv is None else BIV_ELEMENTS
-
-
 def _template(anatomy: Anatomy, options: Options) -> HexMesh:
     """Template of what the mask shows."""
     make = lv_template if anatomy.rv is None else biventricular_template
-    elements = options.elements or _default_elements(anatomy)
+    elements = options.elements or usual_elements(anatomy.rv is not None)
     return make(anatomy, elements, graded=options.depth == "graded")
 
 

@@ -17,8 +17,8 @@ from heartgen.images import Mask
 from heartgen.mesh.bases import deviation
 from heartgen.mesh.jacobian import volume
 from heartgen.mesh.surfaces import sample_faces
-from heartgen.options import REFINED_PASSES
-from heartgen.pipeline import STEPS, Personalization
+from heartgen.options import REFINED_PASSES, STEPS
+from heartgen.pipeline import Personalization
 from heartgen.warping import warp
 
 COARSE = 2.0

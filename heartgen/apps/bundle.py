@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from heartgen.apps.choices import changed_options
 from heartgen.apps.runs import Outcome
 from heartgen.errors import HeartgenError
+from heartgen.options import usual_elements
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -86,7 +87,7 @@ def make_bundle(
 def reproduce(outcome: Outcome) -> str:
     """The lines of Python that make the same result."""
     options = changed_options(outcome.result.options)
-    if outcome.result.options.elements == _usual(outcome):
+    if outcome.result.options.elements == usual_elements(outcome.result.anatomy.rv is not None):
         options.pop("elements", None)
     chosen = "".join(f", {name}={value!r}" for name, value in options.items())
     return (
@@ -131,13 +132,6 @@ def _draw(outcome: Outcome, levels: list[Outcome], folder: Path) -> None:
         plot(result, screenshot=folder / "mesh.png").close()
     except HeartgenError:  # no graphics library: the page shows the mesh
         return
-
-
-def _usual(outcome: Outcome) -> tuple[int, int, int]:
-    """Numbers of elements that heartgen takes by itself."""
-    from heartgen.pipeline import BIV_ELEMENTS, LV_ELEMENTS
-
-    return LV_ELEMENTS if outcome.result.anatomy.rv is None else BIV_ELEMENTS
 
 
 def _plain(name: str) -> str:

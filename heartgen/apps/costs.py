@@ -4,19 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import prod
 
-from heartgen.options import Options
-
-STEPS = (
-    "shape analysis",
-    "template",
-    "registration",
-    "warping",
-    "enhancement",
-    "refinement",
-    "assessment",
-)
-"""Of `heartgen.pipeline`, which this module does not wait for to be loaded; a test compares."""
+from heartgen.options import STEPS, Options, usual_elements
 
 REGISTRATION = {"lv": (0.2, 0.8, 3.0, 7.0, 23.0), "biv": (0.3, 3.0, 6.0, 12.0, 33.0)}
 """Seconds of the registration up to each level of detail."""
@@ -30,9 +20,6 @@ of 1 mm voxels and usual numbers of elements, two cores of a small virtual machi
 
 PER_ELEMENT = {"refinement": {"lv": 0.05, "biv": 0.028}, "assessment": {"lv": 0.006, "biv": 0.003}}
 """Seconds of an element in the steps that grow with their number."""
-
-USUAL = {"lv": 72, "biv": 192}
-"""Elements of 1x12x6 and 2x12x8."""
 
 
 @dataclass
@@ -68,7 +55,7 @@ class Costs:
             By step, in order.
         """
         kind = "biv" if both else "lv"
-        n = USUAL[kind] if options.elements is None else _product(options.elements)
+        n = n_elements(options, both)
         seconds = {
             **OTHERS[kind],
             "registration": REGISTRATION[kind][options.passes(max(levels)) - 1],
@@ -93,12 +80,4 @@ class Costs:
 
 def n_elements(options: Options, both: bool) -> int:
     """Elements a mesh will have."""
-    if options.elements is None:
-        return USUAL["biv" if both else "lv"]
-    return _product(options.elements)
-
-
-def _product(elements: tuple[int, int, int]) -> int:
-    """Elements of a structure."""
-    radial, circumferential, longitudinal = elements
-    return radial * circumferential * longitudinal
+    return prod(options.elements or usual_elements(both))

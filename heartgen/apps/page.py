@@ -20,7 +20,7 @@ from heartgen.apps.panels.running import RunPanel
 from heartgen.apps.panels.slices import SlicesPanel
 from heartgen.apps.panels.source import SourcePanel
 from heartgen.apps.panels.take import TakePanel
-from heartgen.apps.parts import button, classed, text
+from heartgen.apps.parts import SETTLING, button, classed, text
 from heartgen.apps.runs import Post
 from heartgen.apps.session import Session
 from heartgen.errors import InputError
@@ -38,9 +38,6 @@ FOOTER = (
     f"Research use, not for diagnosis · heartgen {__version__} · method of Lamata et al. (2014) · "
     "what you upload stays in your own session and is removed when it ends"
 )
-
-SETTLING = 1.0
-"""Seconds after which a view that was opened has its size."""
 
 
 def dashboard(sample: str | None = FIRST) -> widgets.Widget:

@@ -14,6 +14,9 @@ from heartgen.apps.steps import STEPS, StepState
 MARKS = {"blocked": "–", "ready": "", "running": "", "done": "✓", "failed": "!"}
 """What the badge of a step shows instead of its number."""
 
+SETTLING = 1.0
+"""Seconds after which what was put on the page has its size there."""
+
 NAMES = {
     "blocked": "waits",
     "ready": "ready",

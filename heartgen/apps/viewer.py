@@ -6,6 +6,7 @@ or without a graphics library, every update makes a page of vtk.js anew, which n
 
 from __future__ import annotations
 
+import asyncio
 import html
 import os
 import secrets
@@ -16,6 +17,7 @@ import ipywidgets as widgets
 import numpy as np
 import pyvista as pv
 
+from heartgen.apps.parts import SETTLING
 from heartgen.apps.scene import Scene
 from heartgen.viewing.page import scene_page
 from heartgen.viewing.scene import AMBIENT, SPECULAR, SPECULAR_POWER, camera_around, can_render
@@ -55,7 +57,7 @@ class HeartView:
     async def start(self) -> None:
         """Open the port of the view, or decide to do without."""
         if has_proxy() and can_render(self._plotter):
-            self._view, source = await _serve(self._plotter, self.reset)
+            self._view, source = await _serve(self._plotter, self.reset, self._send)
             frame = widgets.HTML(
                 f'<iframe src="{html.escape(source)}" title="{TITLE}" class="hg-frame"></iframe>'
             )
@@ -93,9 +95,17 @@ class HeartView:
         if self._bounds is not None:
             _place_camera(self._plotter, self._bounds)
         if self.backend == "client":
+            self._view.update()
             self._view.push_camera()
         elif self._scene is not None:
             self.show(self._scene)
+
+    def _send(self, *_: Any) -> None:
+        """Send all to a browser that has just opened the view: it misses what came before."""
+        if self._view is not None:
+            self._view.update()
+            self._view.push_camera()
+            asyncio.get_running_loop().call_later(SETTLING, self._view.update)
 
     def close(self) -> None:
         """Let go of the scene."""
@@ -107,9 +117,13 @@ def has_proxy() -> bool:
     return os.environ.get(ALTERNATIVE) != "html" and any(map(os.environ.get, PROXY_VARIABLES))
 
 
-async def _serve(plotter: Any, reset: Any) -> tuple[Any, str]:
-    """Serve a plotter on a port of its own; the view, and its address behind the proxy."""
+async def _serve(plotter: Any, reset: Any, ready: Any) -> tuple[Any, str]:
+    """Serve a plotter on a port of its own; the view, and its address behind the proxy.
+
+    The page calls `reset` when its button is pressed, and `ready` when it can show a scene.
+    """
     from trame.ui.vuetify3 import VAppLayout
+    from trame.widgets import client
     from trame.widgets import html as tags
     from trame_pyvista import jupyter
     from trame_pyvista import widgets as views
@@ -128,7 +142,9 @@ async def _serve(plotter: Any, reset: Any) -> tuple[Any, str]:
     server.state.trame__title = "heartgen"
     with VAppLayout(server, template_name=name) as layout:
         layout.root.style = "background: white"
-        view = make_view(plotter, style="position: absolute; inset: 0; width: 100%; height: 100%")
+        fill = "position: absolute; inset: 0; width: 100%; height: 100%"
+        view = make_view(plotter, style=fill)
+        client.ClientTriggers(mounted=ready)
         style = (
             "background: rgba(255,255,255,.9); border: 1px solid #ccd3da; border-radius: 6px; "
             "padding: 4px 10px; font: 13px system-ui, sans-serif; color: #26303b; cursor: pointer"

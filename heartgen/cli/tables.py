@@ -18,6 +18,7 @@ from heartgen import pipeline
 from heartgen.anatomy import Anatomy
 from heartgen.cli.outcome import errors
 from heartgen.images import Finding, Mask
+from heartgen.options import STEPS
 from heartgen.report import Report
 from heartgen.viewing.card import Section, number, sections, verdict
 
@@ -52,7 +53,7 @@ def step_bars() -> Iterator[pipeline.Progress]:
         TimeElapsedColumn(),
     )
     with Progress(*columns, console=errors) as bars:
-        tasks = {step: bars.add_task(step, total=1.0, start=False) for step in pipeline.STEPS}
+        tasks = {step: bars.add_task(step, total=1.0, start=False) for step in STEPS}
 
         def show(step: str, done: float) -> None:
             bars.start_task(tasks[step])

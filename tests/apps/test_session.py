@@ -5,11 +5,11 @@ import threading
 import pytest
 
 from heartgen import pipeline
-from heartgen.apps.costs import STEPS, Costs
+from heartgen.apps.costs import Costs
 from heartgen.apps.failure import sentence
 from heartgen.apps.session import ALL_LEVELS, Session, siblings
 from heartgen.errors import HeartgenError
-from heartgen.options import Options
+from heartgen.options import STEPS, Options
 
 
 def phases(session):
@@ -155,10 +155,6 @@ def test_folders_are_the_visitors_own():
     assert one.folder.stat().st_mode & 0o077 == 0
     one.close()
     two.close()
-
-
-def test_steps_are_those_of_the_pipeline():
-    assert STEPS == pipeline.STEPS
 
 
 def test_expectation_grows_with_level_and_learns():

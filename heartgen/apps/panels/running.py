@@ -7,10 +7,10 @@ from typing import Any
 
 import ipywidgets as widgets
 
-from heartgen.apps.costs import STEPS
 from heartgen.apps.parts import button, classed, head, seconds, text
 from heartgen.apps.runs import Run
 from heartgen.apps.session import Session
+from heartgen.options import STEPS
 
 PHASES = {
     "waiting": "waits",

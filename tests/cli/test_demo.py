@@ -1,0 +1,26 @@
+"""`heartgen demo`: a sample, its mesh and its page."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+import heartgen
+from heartgen import samples
+
+
+def test_demo_makes_everything(run, names, files, tmp_path):
+    nibabel = pytest.importorskip("nibabel")
+    pytest.importorskip("trame_vtk")
+    out = tmp_path / "demo"
+    outcome = run("demo", "-o", out, "--sample", "tilted")
+    assert outcome.exit_code == 0, outcome.output
+    assert names(out) == ["index.html", "mask.nii.gz", *files]
+    assert str(out / "index.html") in outcome.stdout
+    image, mask = nibabel.load(out / "mask.nii.gz"), samples.load("tilted").mask
+    assert_array_equal(np.asarray(image.dataobj) > 0, mask.voxels)
+    assert_allclose(np.diag([-1, -1, 1, 1]) @ image.affine, mask.affine, atol=1e-4)
+    again = heartgen.read_mask(out / "mask.nii.gz")
+    assert_array_equal(again.voxels, mask.voxels)
+    assert_allclose(again.affine, mask.affine, atol=1e-4)

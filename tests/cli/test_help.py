@@ -1,0 +1,31 @@
+"""`heartgen --version` and `--help`."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import heartgen
+
+
+def test_version_is_that_of_the_package(run):
+    outcome = run("--version")
+    assert outcome.exit_code == 0
+    assert outcome.stdout == f"heartgen {heartgen.__version__}\n"
+
+
+def test_help_names_the_commands_and_loads_nothing_heavy():
+    code = (
+        "import atexit, json, sys\n"
+        "from heartgen.cli import main\n"
+        "atexit.register(lambda: print(json.dumps(sorted(sys.modules)), file=sys.stderr))\n"
+        "main()\n"
+    )
+    answer = subprocess.run(
+        [sys.executable, "-c", code, "--help"], capture_output=True, text=True, check=True
+    )
+    for command in ("fit", "inspect", "demo"):
+        assert command in answer.stdout
+    loaded = {name.partition(".")[0] for name in json.loads(answer.stderr)}
+    assert not loaded & {"SimpleITK", "matplotlib", "numba", "numpy", "pyvista", "scipy", "skimage"}

@@ -1,0 +1,112 @@
+"""Bad masks and wrong requests: a sentence, and nothing written."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+
+def bad_masks():
+    place = np.indices((32, 32, 32)) - 16.0
+    radius = np.linalg.norm(place, axis=0)
+    return {
+        "empty": (radius < 0, "empty"),
+        "full": (radius > -1, "no background"),
+        "flat": ((radius < 12) & (np.abs(place[2]) < 1), "flat"),
+        "solid": (radius < 12, "no cavity"),
+        "closed": ((radius < 14) & (radius > 9), "no opening"),
+        "labels": (np.where(radius < 12, 1, 0) + np.where(radius < 9, 1, 0), "label"),
+    }
+
+
+@pytest.mark.parametrize("name", bad_masks())
+@pytest.mark.parametrize("command", ["fit", "inspect"])
+def test_bad_mask_is_told_in_a_sentence(run, save, names, name, command, tmp_path):
+    voxels, reason = bad_masks()[name]
+    path = save(voxels, tmp_path / "bad.nii.gz")
+    outcome = run(command, path, "-o", tmp_path / ("out.png" if command == "inspect" else "out"))
+    assert outcome.exit_code == 1
+    sentence = outcome.stderr.strip().splitlines()[-1]
+    assert reason in sentence
+    assert ":" in sentence
+    assert "Traceback" not in outcome.output
+    assert names(tmp_path) == ["bad.nii.gz"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["fit", "absent.nii", "-o", "out"], "no such file"),
+        (["fit", "text.nii", "-o", "out"], "text.nii"),
+        (["fit", "text.nii", "-o", "text.nii"], "a file, not a folder"),
+        (["fit", "text.nii", "-o", "text.nii/deeper"], "a file, not a folder"),
+        (["fit", "text.nii", "-o", "out", "--elements", "12x6"], "for example 1x12x6"),
+        (["fit", "text.nii", "-o", "out", "--elements", "0x12x6"], "not three positive numbers"),
+        (["fit", "text.nii", "-o", "out", "--truncate", "some"], "a distance in mm, auto or off"),
+        (["fit", "text.nii", "-o", "out", "--depth", "deep"], "choose graded or linear"),
+        (["fit", "text.nii", "-o", "out", "--basis", "linear"], "choose hermite or lagrange"),
+        (["fit", "absent.nii", "-o", "out", "--labels", "acdc"], "no such file"),
+        (["fit", "text.nii", "-o", "out", "--labels", "lv_myocardium="], "write them like"),
+        (["fit", "text.nii", "-o", "out", "--labels", "acdc", "--label", "2"], "both given"),
+        (["fit", "text.nii", "-o", "out", "--rv-wall", "3"], "--rv-wall needs a label map"),
+        (["inspect", "text.nii", "--labels", "acdc", "--rv-wall", "-1"], "-1 mm is not possible"),
+        (["inspect", "absent.nii"], "no such file"),
+        (["inspect", "text.nii", "--truncate", "some"], "a distance in mm, auto or off"),
+        (["inspect", "text.nii", "-o", "picture.xyz"], "end the name in"),
+        (["demo", "-o", "out", "--sample", "nobody"], "choose one of"),
+    ],
+)
+def test_wrong_request_is_told_in_a_sentence(run, names, arguments, reason, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "text.nii").write_text("this is no image\n" * 50)
+    outcome = run(*arguments)
+    assert outcome.exit_code == 1
+    assert reason in outcome.stderr
+    assert "Traceback" not in outcome.output
+    assert names(tmp_path) == ["text.nii"]
+
+
+@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="this user may write anywhere")
+def test_folder_without_permission_is_refused_before_the_work(run, mask_file, tmp_path):
+    (tmp_path / "locked").mkdir(mode=0o500)
+    outcome = run("fit", mask_file, "-o", tmp_path / "locked" / "out")
+    assert outcome.exit_code == 1
+    assert "You may not write there" in outcome.stderr
+    assert "registration" not in outcome.stderr
+
+
+def test_level_of_detail_beyond_five_is_a_usage_error(run, mask_file, tmp_path):
+    outcome = run("fit", mask_file, "-o", tmp_path, "--lod", 6)
+    assert outcome.exit_code == 2
+    assert "--lod" in outcome.stderr
+
+
+@pytest.mark.parametrize(
+    ("missing", "arguments"),
+    [("pyvista", ["demo"]), ("trame_vtk", ["demo"]), ("matplotlib", ["inspect", "x"])],
+)
+def test_missing_extra_is_told_with_its_remedy(names, missing, arguments, tmp_path):
+    code = f"import sys; sys.modules[{missing!r}] = None; from heartgen.cli import main; main()"
+    answer = subprocess.run(
+        [sys.executable, "-c", code, *arguments],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert answer.returncode == 1
+    assert f"need the package {missing}" in answer.stderr
+    assert "pip install 'heartgen[plot]'" in answer.stderr
+    assert names(tmp_path) == []
+
+
+def test_label_map_without_a_word_about_its_labels_is_pointed_to_the_option(
+    run, label_map, tmp_path
+):
+    outcome = run("inspect", label_map, "-o", tmp_path / "a.png")
+    assert outcome.exit_code == 1
+    assert "--labels" in outcome.stderr
