@@ -1,0 +1,57 @@
+"""Meshes of solids of which everything is known, as closely as their elements allow."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+
+from heartgen.mesh import HexMesh
+from heartgen.mesh.bernstein import tabulate
+from heartgen.mesh.hermite import cup_topology
+from heartgen.mesh.quadrature import gauss_cube
+
+GAUSS = (6, 6, 5)
+"""Points per element at which a mesh is fitted: more than its 4 coefficients per direction."""
+
+LAND = (7.0, 17.0, 3.0, 5.0)
+"""Sizes of the ventricle of Land et al. (2015, doi:10.1098/rspa.2015.0641), mm, see `ellipsoid`."""
+
+
+def ellipsoid(
+    radius: float, length: float, wall: float, top: float, elements: tuple[int, int, int]
+) -> HexMesh:
+    """Mesh of a shell between two truncated ellipsoids of revolution.
+
+    Parameters
+    ----------
+    radius, length : float
+        Semi-axes of the inner one, mm; those of the outer one are larger by the wall.
+    wall : float
+        mm.
+    top : float
+        Height of the base over the equator, mm.
+    elements : (int, int, int)
+        Elements (radial, circumferential, longitudinal).
+
+    Returns
+    -------
+    HexMesh
+        Its equator at z = 0, the apex below: the best fit in the sense of least squares.
+    """
+    topology = cup_topology(elements)
+    xi, _ = gauss_cube(GAUSS)
+    place = (topology.index[:, None, [1, 2, 0]] + xi) / np.array(elements)[[1, 2, 0]]
+    angle, along, depth = 2 * np.pi * place[..., 0], place[..., 1], place[..., 2]
+    across, axis = radius + wall * depth, length + wall * depth
+    polar = along * np.arccos(-top / axis)
+    ring = across * np.sin(polar)
+    points = np.stack([ring * np.cos(angle), ring * np.sin(angle), -axis * np.cos(polar)], -1)
+    rows = sp.kron(sp.eye_array(topology.n_elements), tabulate(xi)) @ topology.extraction
+    normal = sp.csc_array(rows.T @ rows)
+    return HexMesh(spla.splu(normal).solve(rows.T @ points.reshape(-1, 3)), topology)
+
+
+def cut_volume(radius: float, length: float, top: float) -> float:
+    """Volume of an ellipsoid of revolution below a height over its equator, mm^3."""
+    return float(np.pi * radius**2 * (2 / 3 * length + top - top**3 / (3 * length**2)))

@@ -1,0 +1,103 @@
+"""The fields that can be had by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+import numpy as np
+
+from heartgen.errors import InputError
+from heartgen.fields.axes import HeartAxes, heart_axes
+from heartgen.fields.coordinates import circumferential, longitudinal
+from heartgen.fields.fibres import FibreRule, fibre_frames
+from heartgen.fields.segments import segments_of_elements
+from heartgen.fields.shape import curvatures, wall_thickness
+from heartgen.fields.wall import wall_of
+from heartgen.mesh.field import MeshField
+from heartgen.mesh.hexmesh import HexMesh
+
+FIBRE, SHEET, SHEET_NORMAL = "fibre", "sheet", "sheet normal"
+"""Names of the fields of directions."""
+
+AHA = "aha segment"
+"""Name of the field of segments."""
+
+
+def make_fields(
+    mesh: HexMesh,
+    names: Iterable[str] | None = None,
+    *,
+    rule: FibreRule | None = None,
+    septum: Sequence[float] | None = None,
+) -> tuple[MeshField, ...]:
+    """Make fields on a mesh.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+    names : iterable of str, optional
+        Of `FIELDS`; all if omitted.
+    rule : FibreRule, optional
+        Angles of the fibres.
+    septum : (3,) float, optional
+        Direction from the left ventricle to the septum, world (LPS), see `heart_axes`.
+
+    Returns
+    -------
+    tuple of MeshField
+
+    Raises
+    ------
+    InputError
+        If there is no such field.
+    MeshError
+        If the direction does not tell where the septum is.
+    """
+    chosen = tuple(FIELDS) if names is None else tuple(dict.fromkeys(names))
+    for name in chosen:
+        if name not in FIELDS:
+            raise InputError(f"field {name!r} is not known: choose among {', '.join(FIELDS)}")
+    axes, rule = heart_axes(mesh, septum), rule or FibreRule()
+    return tuple(field for name in chosen for field in FIELDS[name](mesh, axes, rule))
+
+
+def _coordinates(mesh: HexMesh, axes: HeartAxes, _: FibreRule) -> list[MeshField]:
+    wall = wall_of(mesh)
+    coordinates = [
+        MeshField("transmural", wall.depth[..., None]),
+        MeshField("longitudinal", longitudinal(mesh)[..., None]),
+        MeshField("circumferential", circumferential(mesh, axes)[..., None]),
+    ]
+    if wall.free_wall.any():
+        coordinates.append(MeshField("ventricle", wall.free_wall[:, None].astype(float)))
+    return coordinates
+
+
+def _segments(mesh: HexMesh, axes: HeartAxes, _: FibreRule) -> list[MeshField]:
+    return [MeshField(AHA, segments_of_elements(mesh, axes)[:, None].astype(float))]
+
+
+def _fibres(mesh: HexMesh, _: HeartAxes, rule: FibreRule) -> list[MeshField]:
+    frames = np.moveaxis(fibre_frames(mesh, rule), -1, 0)
+    names = (FIBRE, SHEET, SHEET_NORMAL)
+    return [MeshField(name, frame) for name, frame in zip(names, frames, strict=True)]
+
+
+def _thickness(mesh: HexMesh, _: HeartAxes, __: FibreRule) -> list[MeshField]:
+    return [MeshField("wall thickness", wall_thickness(mesh)[..., None])]
+
+
+def _curvature(mesh: HexMesh, _: HeartAxes, __: FibreRule) -> list[MeshField]:
+    return [MeshField("curvature", curvatures(mesh))]
+
+
+FIELDS: dict[str, Callable[[HexMesh, HeartAxes, FibreRule], list[MeshField]]] = {
+    "coordinates": _coordinates,
+    "aha": _segments,
+    "fibres": _fibres,
+    "thickness": _thickness,
+    "curvature": _curvature,
+}
+"""What can be asked for, and its maker: transmural, longitudinal and circumferential coordinate
+and, with two of them, the ventricle (0 left and septum, 1 right); AHA segment; fibre, sheet and
+sheet-normal direction; wall thickness, mm; circumferential and longitudinal curvature, 1/mm."""

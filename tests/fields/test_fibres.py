@@ -1,0 +1,128 @@
+"""Fibres: frames, and the analytic rule of a published benchmark."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from heartgen.errors import InputError
+from heartgen.fields import FibreRule, fibre_frames
+from heartgen.fields.fibres import helix_angle
+from heartgen.fields.frames import frames_at, wall_frames
+from heartgen.fields.wall import wall_of
+from heartgen.mesh import HexMesh
+from heartgen.mesh.bernstein import lattice
+from heartgen.mesh.quadrature import gauss_cube
+from heartgen.mesh.surfaces import face_coefficients
+from tests.fields.test_fields import jump
+
+TILTED = FibreRule(transverse=(20.0, -10.0), sheet=(-65.0, 25.0))
+
+
+@pytest.mark.parametrize("rule", [FibreRule(), TILTED], ids=["default", "tilted"])
+def test_frames_are_orthonormal_and_right_handed(mesh: HexMesh, rule: FibreRule) -> None:
+    for frames in (fibre_frames(mesh, rule), wall_frames(mesh)):
+        assert np.abs(frames.swapaxes(-1, -2) @ frames - np.eye(3)).max() < 1e-12
+        assert np.abs(np.linalg.det(frames) - 1).max() < 1e-12
+
+
+def test_frames_are_continuous_off_the_pole(mesh: HexMesh) -> None:
+    assert jump(mesh, fibre_frames(mesh, TILTED), off_pole=True) < 1e-9
+    assert jump(mesh, wall_frames(mesh), off_pole=True) < 1e-9
+
+
+def test_frames_turn_slowly_within_elements(mesh: HexMesh) -> None:
+    frames = wall_frames(mesh)[mesh.topology.index[:, 2] > 0].reshape(-1, 4, 4, 4, 3, 3)
+    for axis in (1, 2, 3):
+        neighbours = np.moveaxis(frames, axis, 0)
+        turned = np.einsum("n...xd,n...xd->n...", neighbours[1:], neighbours[:-1])
+        angle = np.degrees(np.arccos(np.clip((turned - 1) / 2, -1, 1)))
+        assert np.percentile(angle, 99) < 45  # degrees in a third of an element
+
+
+def test_directions_point_around_up_and_outward(land: HexMesh) -> None:
+    xi = gauss_cube((2, 2, 2))[0]
+    points, frames = land.evaluate(xi), frames_at(land, xi)
+    radial = points * [1, 1, 0]
+    radial /= np.linalg.norm(radial, axis=-1, keepdims=True)
+    around = np.cross([0, 0, 1.0], radial)
+    assert np.einsum("eqx,eqx->eq", frames[..., 0], around).min() > 0.99
+    assert frames[..., 2, 1].min() > 0
+    assert np.einsum("eqx,eqx->eq", frames[..., 2], radial).min() > 0
+
+
+def test_pole_has_directions_of_its_neighbourhood(land: HexMesh) -> None:
+    xi = lattice()
+    pole = xi[:, 1] == 0
+    near = xi[pole]
+    near[:, 1] = 1e-3
+    apical = land.topology.index[:, 2] == 0
+    at, beside = wall_frames(land)[apical][:, pole], frames_at(land, near)[apical]
+    assert np.abs(at - beside).max() < 0.02
+
+
+def test_fibres_of_the_ideal_ellipsoid_follow_the_analytic_rule(land: HexMesh) -> None:
+    fibres = fibre_frames(land, FibreRule(helix=(90.0, -90.0)))[..., 0]
+    away = land.topology.index[:, 2] > 0
+    expected = land_fibre(land.lagrange_points()[away].reshape(-1, 3))
+    cosine = np.einsum("nx,nx->n", fibres[away].reshape(-1, 3), expected)
+    angle = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+    assert angle.mean() < 0.3
+    assert angle.max() < 1.5
+
+
+def test_angles_at_the_surfaces_are_those_of_the_rule(lv: HexMesh) -> None:
+    rule = FibreRule(helix=(50.0, -70.0))
+    frames, wall = fibre_frames(lv, rule), wall_frames(lv)
+    for surface, angle in (("lv_endo", 50.0), ("epi", -70.0)):
+        faces = lv.topology.surfaces[surface]
+        at = faces[:, :1], face_coefficients()[faces[:, 1]]
+        local = np.einsum("...xd,...x->...d", wall[at], frames[at][..., 0])
+        assert np.degrees(np.arctan2(local[..., 1], local[..., 0])) == pytest.approx(angle)
+        assert np.abs(local[..., 2]).max() < 1e-12
+
+
+def test_transverse_and_sheet_angles_turn_about_the_right_axes(lv: HexMesh) -> None:
+    wall = wall_frames(lv)
+    frames = fibre_frames(lv, FibreRule((0, 0), (0, 0), transverse=(15, 15), sheet=(30, 30)))
+    local = np.einsum("...xd,...xf->...df", wall, frames)
+    assert np.degrees(np.arcsin(local[..., 2, 0])) == pytest.approx(15)
+    # The sheet direction turns about the fibre, from the transmural to the longitudinal one.
+    assert local[..., 1, 1] == pytest.approx(np.sin(np.radians(30)))
+
+
+def test_right_ventricle_has_its_own_angles_all_around(biv: HexMesh) -> None:
+    rule = FibreRule()
+    wall = wall_of(biv)
+    helix = helix_angle(wall, rule)
+    inside = wall.right == 1
+    for patch, angle in (("rv_septum", -90.0), ("rv_free_wall", 90.0)):
+        faces = biv.topology.patches[patch]
+        at = faces[:, :1], face_coefficients()[faces[:, 1]]
+        assert inside[at].any()
+        assert helix[at][inside[at]] == pytest.approx(angle)
+    assert helix[wall.septum].max() == pytest.approx(60)
+    assert jump(biv, helix[..., None]) < 1e-9
+
+
+@pytest.mark.parametrize("pair", [(60.0,), (np.nan, 0.0), (0.0, 270.0)])
+def test_angles_that_are_none_are_refused(pair) -> None:
+    with pytest.raises(InputError, match="right helix angles"):
+        FibreRule(right_helix=pair)
+
+
+def land_fibre(points: np.ndarray) -> np.ndarray:
+    """Fibre directions of Land et al. (2015), problem 3, at points (n, 3), mm."""
+    z, r = points[:, 2], np.hypot(points[:, 0], points[:, 1])
+    low, high = np.full(len(z), -0.5), np.full(len(z), 1.5)
+    for _ in range(60):
+        t = (low + high) / 2
+        outside = (r / (7 + 3 * t)) ** 2 + (z / (17 + 3 * t)) ** 2 > 1
+        low, high = np.where(outside, t, low), np.where(outside, high, t)
+    rs, rl = 7 + 3 * t, 17 + 3 * t
+    u, v = -np.arccos(np.clip(z / rl, -1, 1)), np.arctan2(-points[:, 1], -points[:, 0])
+    du = [rs * np.cos(u) * np.cos(v), rs * np.cos(u) * np.sin(v), -rl * np.sin(u)]
+    dv = [-rs * np.sin(u) * np.sin(v), rs * np.sin(u) * np.cos(v), 0 * u]
+    du, dv = (np.stack(d, -1) / np.linalg.norm(d, axis=0)[:, None] for d in (du, dv))
+    angle = np.radians(90 - 180 * t)[:, None]
+    return du * np.sin(angle) + dv * np.cos(angle)
