@@ -9,7 +9,9 @@ from pathlib import Path
 from heartgen.errors import InputError
 from heartgen.formats.exf import write_exf
 from heartgen.formats.files import Written
-from heartgen.formats.vtu import write_vtu
+from heartgen.formats.mfem import write_mfem
+from heartgen.formats.msh import write_msh
+from heartgen.formats.vtu import write_bezier_vtu, write_legacy_vtk, write_vtu
 from heartgen.mesh.field import MeshField, fitting
 from heartgen.mesh.hexmesh import HexMesh
 
@@ -60,6 +62,10 @@ FORMATS = _table(
         fields=False,
     ),
     Format("vtu", ".vtu", "VTK, cubic cells: ParaView, PyVista", write_vtu),
+    Format("vtu-bezier", ".vtu", "VTK, Bezier cells: ParaView, PyVista", write_bezier_vtu),
+    Format("vtk", ".vtk", "legacy VTK 5.1, cubic cells: ParaView, meshio", write_legacy_vtk),
+    Format("msh", ".msh", "Gmsh MSH 2.2, order 3: Gmsh, MFEM", write_msh),
+    Format("mfem", ".mesh", "MFEM, order 3", write_mfem),
 )
 """All formats by name. Of those with the same ending, the first is meant by a file name."""
 

@@ -31,6 +31,7 @@ def write_grid(
     cells: Sequence[tuple[int, NDArray[np.intp]]],
     point_data: Mapping[str, NDArray[np.generic]],
     cell_data: Mapping[str, NDArray[np.generic]],
+    cell_attributes: Mapping[str, str] | None = None,
 ) -> Written:
     """Write an unstructured grid.
 
@@ -44,6 +45,8 @@ def write_grid(
         VTK's number of the cell type, and the points of cells of this type.
     point_data, cell_data : mapping of str to (n,) or (n, k) array
         Cells are in the order of the blocks.
+    cell_attributes : mapping of str to str, optional
+        Special roles of cell data: role and name.
 
     Returns
     -------
@@ -67,8 +70,9 @@ def write_grid(
     _append(parent, "connectivity", np.concatenate([nodes.ravel() for _, nodes in cells]))
     _append(parent, "offsets", np.cumsum(sizes))
     _append(parent, "types", types, kind="b")
-    for title, data in (("PointData", point_data), ("CellData", cell_data)):
-        parent = ET.SubElement(piece, title)
+    of_points = ET.SubElement(piece, "PointData")
+    of_cells = ET.SubElement(piece, "CellData", dict(cell_attributes or {}))
+    for parent, data in ((of_points, point_data), (of_cells, cell_data)):
         for name, values in data.items():
             _append(parent, name, values)
     ET.indent(root)

@@ -130,12 +130,10 @@ def test_fields_per_element_are_data_of_the_cells(usual, written):
     fields = [
         MeshField('strain <ε> & "more"', strain),
         MeshField("segment", np.arange(n) % 17),
-        MeshField("structure", np.arange(n)),
     ]
     grid = written(usual, fields=fields)
     assert_array_equal(cell_data(grid, 'strain <ε> & "more"'), strain)
     assert_array_equal(cell_data(grid, "segment"), np.arange(n) % 17)
-    assert_array_equal(cell_data(grid, "structure"), np.arange(n))
 
 
 def test_smooth_fields_are_data_of_the_points(usual, written):
