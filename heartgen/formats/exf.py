@@ -2,39 +2,24 @@
 
 Every element says which versions of which nodal parameters it takes, with unit scaling: there are
 no scale factors, sums or implied zeros, so that the widest set of tools can read or convert the
-file. The frame is that of heartgen: mm, world (LPS).
+file. Fields are cubic on nodes of their own, which are there twice where a field jumps. The frame
+is that of heartgen: mm, world (LPS).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from heartgen.formats.exmodel import ExBlock, ExModel, ex_model
 from heartgen.formats.files import Written, write_text
-from heartgen.formats.groups import Group, named_groups
-from heartgen.formats.nodal import NodalParameters, nodal_parameters
-from heartgen.formats.skeleton import COLLAPSED, Skeleton, skeleton
+from heartgen.formats.groups import Group
+from heartgen.formats.skeleton import COLLAPSED, Skeleton
+from heartgen.mesh.field import MeshField
 from heartgen.mesh.hexmesh import HexMesh
-
-LABELS = (
-    "value",
-    "d/ds1",
-    "d/ds2",
-    "d2/ds1ds2",
-    "d/ds3",
-    "d2/ds1ds3",
-    "d2/ds2ds3",
-    "d3/ds1ds2ds3",
-)
-"""Labels of the parameters of a node, in the order of `heartgen.formats.nodal`."""
-
-FIELD = "1) coordinates, coordinate, rectangular cartesian, real, #Components=3"
-BASIS = "c.Hermite*c.Hermite*c.Hermite, no modify, standard node based."
-
-COMPONENTS = "xyz"
 
 NODESET = "!#nodeset nodes"
 MESHES = (
@@ -43,17 +28,27 @@ MESHES = (
     "!#mesh mesh3d, dimension=3, face mesh=mesh2d, nodeset=nodes",
 )
 
+STRUCTURE = "! Places of the elements (radial, circumferential, longitudinal):"
+"""Comment that is followed by lines of these, `PER_LINE` to a line, separated by semicolons."""
+
+PER_LINE = 12
+
 
 def write_exf(
-    mesh: HexMesh, path: str | Path, groups: Mapping[str, NDArray[np.intp]] | None = None
+    mesh: HexMesh,
+    path: str | Path,
+    fields: Iterable[MeshField] = (),
+    groups: Mapping[str, NDArray[np.intp]] | None = None,
 ) -> Written:
     """Write a mesh as an EX version 3 file.
 
     Parameters
     ----------
     mesh : HexMesh
+        Its basis is that of the coordinates in the file.
     path : path
         Its folder is created if absent.
+    fields : iterable of MeshField
     groups : mapping of str to (n,) or (n, 2) int, optional
         More named groups, of elements or of faces (element, face). The surfaces, the apex and the
         myocardium of a left ventricle are always there, under the names scaffoldmaker gives them.
@@ -67,43 +62,63 @@ def write_exf(
     HeartgenError
         If the file cannot be written.
     MeshError
-        If a group names what the mesh does not have, or its name cannot be written.
+        If a field or a group names what the mesh does not have, or its name cannot be written.
     """
-    parameters, parts = nodal_parameters(mesh), skeleton(mesh.topology)
-    named = named_groups(mesh.topology, parts, groups)
+    return write_text(exf_text(ex_model(mesh, fields, groups)), path)
+
+
+def exf_text(model: ExModel) -> str:
+    """Content of the file."""
     lines = [
         "EX Version: 3",
         "Region: /",
         "! Coordinates in mm, world (LPS); derivatives with respect to the elements' own xi.",
-        *_nodes(parameters),
-        *_lines_and_faces(parts),
-        *_elements(mesh.topology.nodes, parameters.version, parts.faces),
-        *(line for name, group in named.items() for line in _group(name, group)),
+        *_structure(model.structure),
+        *_nodes(model.geometry, "node"),
+        *_lines_and_faces(model.skeleton),
+        *_elements(model.geometry, "element", model.skeleton.faces),
     ]
-    return write_text("\n".join(lines) + "\n", path)
+    if model.fields is not None:
+        lines += [*_nodes(model.fields, "place"), *_elements(model.fields, "field")]
+    lines += [line for name, group in model.groups.items() for line in _group(name, group)]
+    return "\n".join(lines) + "\n"
 
 
-def _nodes(parameters: NodalParameters) -> Iterator[str]:
+def _structure(index: NDArray[np.intp]) -> Iterator[str]:
+    """Places of elements as comments."""
+    yield STRUCTURE
+    for start in range(0, len(index), PER_LINE):
+        places = (" ".join(map(str, place)) for place in index[start : start + PER_LINE])
+        yield f"! {'; '.join(places)}"
+
+
+def _nodes(block: ExBlock, template: str) -> Iterator[str]:
     """All nodes; those with equally many versions share a template."""
+    if not block.fields:
+        return
     yield NODESET
-    kinds, kind = np.unique(parameters.counts, axis=0, return_inverse=True)
+    kinds, kind = np.unique(block.counts, axis=0, return_inverse=True)
     for k, counts in enumerate(kinds):
-        yield from _node_template(k, counts)
-    ends = np.cumsum(parameters.counts.sum(1))
-    for node, values in enumerate(np.split(parameters.values, ends[:-1])):
+        yield from _node_template(block, f"{template}{k + 1}", counts)
+    for node, values in enumerate(block.split()):
         if node == 0 or kind[node] != kind[node - 1]:
-            yield f"Node template: node{kind[node] + 1}"
-        yield f"Node: {node + 1}"
-        for component in values.T:
-            yield " " + " ".join(f"{number:.17g}" for number in component + 0.0)  # no -0
+            yield f"Node template: {template}{kind[node] + 1}"
+        yield f"Node: {block.first + node + 1}"
+        for component in (column for field in values for column in field.T):
+            yield " " + " ".join(f"{number:.17g}" for number in component)
 
 
-def _node_template(kind: int, counts: NDArray[np.intp]) -> Iterator[str]:
-    """How many versions of each parameter (8,) a node has."""
-    labels = (f"{label}({n})" if n > 1 else label for label, n in zip(LABELS, counts, strict=True))
+def _node_template(block: ExBlock, name: str, counts: NDArray[np.intp]) -> Iterator[str]:
+    """How many versions of each parameter (p,) a node has."""
+    labels = (
+        f"{label}({n})" if n > 1 else label for label, n in zip(block.labels, counts, strict=True)
+    )
     values = f"#Values={counts.sum()} ({','.join(labels)})"
-    yield from (f"Define node template: node{kind + 1}", "Shape. Dimension=0", "#Fields=1", FIELD)
-    yield from (f" {component}. {values}" for component in COMPONENTS)
+    yield from (f"Define node template: {name}", "Shape. Dimension=0")
+    yield f"#Fields={len(block.fields)}"
+    for number, field in enumerate(block.fields, 1):
+        yield field_head(number, field.name, field.kind, len(field.components))
+        yield from (f" {component}. {values}" for component in field.components)
 
 
 def _lines_and_faces(parts: Skeleton) -> Iterator[str]:
@@ -120,38 +135,56 @@ def _lines_and_faces(parts: Skeleton) -> Iterator[str]:
 
 
 def _elements(
-    nodes: NDArray[np.intp], versions: NDArray[np.intp], faces: NDArray[np.intp]
+    block: ExBlock, template: str, faces: NDArray[np.intp] | None = None
 ) -> Iterator[str]:
     """All elements; those that take the same versions share a template."""
     yield MESHES[2]
-    own = [list(dict.fromkeys(corners)) for corners in nodes.tolist()]  # fewer than 8 if collapsed
-    local = [[mine.index(c) for c in corners] for mine, corners in zip(own, nodes, strict=True)]
-    takes = np.concatenate([np.array(local)[..., None], versions], axis=2)
-    kinds, kind = np.unique(takes, axis=0, return_inverse=True)
-    for k, corners in enumerate(kinds):
-        yield from _element_template(k, corners[:, 0], corners[:, 1:])
+    own, kinds, kind = block.own(), *block.kinds()
+    for k, takes in enumerate(kinds):
+        n_nodes = len(own[int(np.argmax(kind == k))])
+        yield from _element_template(block, f"{template}{k + 1}", n_nodes, takes)
+    constants = [field.values for field in block.constants]
     for element, mine in enumerate(own):
         if element == 0 or kind[element] != kind[element - 1]:
-            yield f"Element template: element{kind[element] + 1}"
-        yield from (f"Element: {element + 1}", " Faces:", _numbers(faces[element]))
-        yield from (" Nodes:", _numbers(np.array(mine)))
+            yield f"Element template: {template}{kind[element] + 1}"
+        yield f"Element: {element + 1}"
+        if faces is not None:
+            yield from (" Faces:", _numbers(faces[element]))
+        if constants:
+            yield " Values:"
+            yield from (f" {value:.17g}" for of in constants for value in of[element])
+        if len(mine):
+            yield from (" Nodes:", _numbers(np.array(mine)))
+
+
+def field_head(number: int, name: str, kind: str, components: int) -> str:
+    """The line that introduces a field."""
+    return f"{number}) {name}, {kind}, real, #Components={components}"
 
 
 def _element_template(
-    kind: int, local: NDArray[np.intp], version: NDArray[np.intp]
+    block: ExBlock, name: str, n_nodes: int, takes: NDArray[np.intp]
 ) -> Iterator[str]:
-    """Which of an element's nodes (8,) and which versions (8, 8) its corners take."""
-    n_nodes = int(local.max()) + 1
-    yield from _template_head(f"element{kind + 1}", dimension=3, n_nodes=n_nodes, n_fields=1)
-    yield FIELD
-    for component in COMPONENTS:
-        yield from (f" {component}. {BASIS}", f"  #Nodes={n_nodes}")
-        for node, versions in zip(local, version, strict=True):
-            labels = (f"{n}({v + 1})" if v else n for n, v in zip(LABELS, versions, strict=True))
-            yield from (
-                f"  {node + 1}. #Values={len(LABELS)}",
-                f"   Value labels: {' '.join(labels)}",
-            )
+    """Which of an element's nodes and which versions its basis takes, (m, 1 + p)."""
+    n_fields = len(block.fields) + len(block.constants)
+    yield from _template_head(name, dimension=3, n_nodes=n_nodes, n_fields=n_fields)
+    for number, field in enumerate(block.fields, 1):
+        yield field_head(number, field.name, field.kind, len(field.components))
+        for component in field.components:
+            yield f" {component}. {block.basis}, no modify, standard node based."
+            yield f"  #Nodes={n_nodes}"
+            for node, *versions in takes.tolist():
+                labels = (
+                    f"{label}({v + 1})" if v else label
+                    for label, v in zip(block.labels, versions, strict=True)
+                )
+                yield f"  {node + 1}. #Values={len(block.labels)}"
+                yield f"   Value labels: {' '.join(labels)}"
+    for number, constant in enumerate(block.constants, len(block.fields) + 1):
+        kind = "field, rectangular cartesian"
+        yield field_head(number, constant.name, kind, constant.components)
+        for k in range(constant.components):
+            yield f" {k + 1}. constant*constant*constant, no modify, element based."
 
 
 def _template_head(name: str, dimension: int, n_nodes: int = 0, n_fields: int = 0) -> Iterator[str]:

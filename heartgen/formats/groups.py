@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
 from heartgen.formats.skeleton import COLLAPSED, Skeleton, face_corners
+from heartgen.mesh.bases import CORNERS
 from heartgen.mesh.hexmesh import Topology
+from heartgen.mesh.surfaces import face_coefficients
 
 SURFACES = {
     "lv_endo": "endocardium of left ventricle",
@@ -57,7 +59,10 @@ class Group:
 
 
 def named_groups(
-    topology: Topology, parts: Skeleton, extra: Mapping[str, NDArray[np.intp]] | None = None
+    topology: Topology,
+    parts: Skeleton,
+    nodes: NDArray[np.intp],
+    extra: Mapping[str, NDArray[np.intp]] | None = None,
 ) -> dict[str, Group]:
     """Groups of a mesh under the names the field gives them.
 
@@ -66,6 +71,8 @@ def named_groups(
     topology : Topology
     parts : Skeleton
         Of that topology.
+    nodes : (e, 8) or (e, 64) int
+        Nodes of each element: at its corners, or on its lattice; xi1 fastest.
     extra : mapping of str to (n,) or (n, 2) int, optional
         More groups: elements, or faces as (element, face).
 
@@ -80,21 +87,21 @@ def named_groups(
     MeshError
         If an extra group names what the mesh does not have, or its name cannot be written.
     """
+    extra = dict(extra or {})
+    for name, of in extra.items():
+        _check(name, of, topology)
     members = {SURFACES.get(name, name): faces for name, faces in topology.surfaces.items()}
     members |= {PARTS.get(name, name): elements for name, elements in topology.parts.items()}
+    members |= {name: of for name, of in extra.items() if of.ndim == 1}
     members |= {PATCHES.get(name, name): faces for name, faces in topology.patches.items()}
+    members |= {name: of for name, of in extra.items() if of.ndim > 1}
     if "rv_endo" not in topology.surfaces:
-        members[WALL] = np.arange(topology.n_elements)
-    groups = {name: _group(of, topology, parts) for name, of in members.items()}
+        members.setdefault(WALL, np.arange(topology.n_elements))
+    groups = {name: _group(of, parts, nodes) for name, of in members.items()}
     if "epi" in topology.surfaces and len(topology.collapsed):
-        on_epi, at_pole = (
-            _nodes(f, topology) for f in (topology.surfaces["epi"], topology.collapsed)
-        )
+        on_epi, at_pole = (_nodes(f, nodes) for f in (topology.surfaces["epi"], topology.collapsed))
         none = np.zeros(0, dtype=np.intp)
-        groups[APEX] = Group(none, none, none, np.intersect1d(on_epi, at_pole))
-    for name, of in (extra or {}).items():
-        _check(name, of, topology)
-        groups[name] = _group(of, topology, parts)
+        groups.setdefault(APEX, Group(none, none, none, np.intersect1d(on_epi, at_pole)))
     return groups
 
 
@@ -120,18 +127,18 @@ def _check(name: str, members: NDArray[np.intp], topology: Topology) -> None:
         )
 
 
-def _group(members: NDArray[np.intp], topology: Topology, parts: Skeleton) -> Group:
+def _group(members: NDArray[np.intp], parts: Skeleton, nodes: NDArray[np.intp]) -> Group:
     """Elements (n,) or faces (n, 2), and all that bounds them."""
     if members.ndim == 1:
         elements = np.unique(members)
         faces = parts.faces[elements]
-        nodes = topology.nodes[elements]
+        own = nodes[elements]
     else:
         elements = np.zeros(0, dtype=np.intp)
         faces = parts.faces[members[:, 0], members[:, 1]]
-        nodes = _nodes(members, topology)
+        own = _nodes(members, nodes)
     faces = _existing(faces)
-    return Group(elements, faces, _existing(parts.lines[faces]), np.unique(nodes))
+    return Group(elements, faces, _existing(parts.lines[faces]), np.unique(own))
 
 
 def _existing(numbers: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -139,6 +146,7 @@ def _existing(numbers: NDArray[np.intp]) -> NDArray[np.intp]:
     return np.unique(numbers[numbers != COLLAPSED])
 
 
-def _nodes(faces: NDArray[np.intp], topology: Topology) -> NDArray[np.intp]:
-    """Corner nodes of faces (n, 2)."""
-    return np.unique(topology.nodes[faces[:, :1], face_corners()[faces[:, 1]]])
+def _nodes(faces: NDArray[np.intp], nodes: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Nodes of faces (n, 2)."""
+    on_face = face_corners() if nodes.shape[1] == CORNERS else face_coefficients()
+    return np.unique(nodes[faces[:, :1], on_face[faces[:, 1]]])

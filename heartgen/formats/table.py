@@ -54,13 +54,7 @@ def _table(*formats: Format) -> dict[str, Format]:
 
 
 FORMATS = _table(
-    Format(
-        "exf",
-        ".exf",
-        "EX version 3: OpenCMISS, zinc, scaffoldmaker",
-        lambda mesh, path, _: write_exf(mesh, path),
-        fields=False,
-    ),
+    Format("exf", ".exf", "EX version 3: OpenCMISS, zinc, scaffoldmaker", write_exf),
     Format("vtu", ".vtu", "VTK, cubic cells: ParaView, PyVista", write_vtu),
     Format("vtu-bezier", ".vtu", "VTK, Bezier cells: ParaView, PyVista", write_bezier_vtu),
     Format("vtk", ".vtk", "legacy VTK 5.1, cubic cells: ParaView, meshio", write_legacy_vtk),
