@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 from typing import Literal
 
 from heartgen.errors import InputError
@@ -55,6 +56,10 @@ class Options:
     basis : {"hermite", "lagrange"}
         Cubic basis of the result: values and derivatives at the nodes, smooth between elements, or
         values on a lattice in each element. The geometry is the same.
+    septum : (float, float, float) or None
+        Direction from the left ventricle to the septum, world (LPS), from which AHA segments are
+        counted; None for that of the right ventricle, or, where there is none, to the patient's
+        right and front.
     """
 
     lod: int = 1
@@ -66,6 +71,7 @@ class Options:
     enhance: bool = True
     depth: Literal["graded", "linear"] = "graded"
     basis: Literal["hermite", "lagrange"] = "hermite"
+    septum: tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:
         if self.lod not in range(1, 6):
@@ -94,6 +100,13 @@ class Options:
             raise InputError(f"depth {self.depth!r} is not known: choose graded or linear")
         if self.basis not in ("hermite", "lagrange"):
             raise InputError(f"basis {self.basis!r} is not known: choose hermite or lagrange")
+        if self.septum is not None and not (
+            len(self.septum) == 3 and all(map(isfinite, self.septum)) and any(self.septum)
+        ):
+            raise InputError(
+                f"septum {self.septum} is not a direction: give three numbers that point from the "
+                "left ventricle to the right, in the world (LPS), for example (-1, -1, 0)"
+            )
 
     def passes(self, lod: int) -> int:
         """Registration passes at a level of detail."""

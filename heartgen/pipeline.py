@@ -15,6 +15,7 @@ from threadpoolctl import threadpool_limits
 from heartgen.anatomy import Anatomy, analyse
 from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.enhancement import enhance
+from heartgen.fields import FIELDS, FibreRule, clinical_indices, make_fields
 from heartgen.formats import file_name, write_mesh, write_text
 from heartgen.images import Finding, Mask
 from heartgen.mesh import HexMesh, MeshField
@@ -82,7 +83,8 @@ class Personalization:
         self,
         folder: str | Path,
         formats: tuple[str, ...] = ("exf", "vtu"),
-        fields: Iterable[MeshField] = (),
+        fields: Iterable[str | MeshField] = tuple(FIELDS),
+        rule: FibreRule | None = None,
     ) -> list[Path]:
         """Write the mesh and its report; each file appears whole or not at all.
 
@@ -92,8 +94,11 @@ class Personalization:
             Created if absent; gets ``mesh.exf``, ``mesh.vtu`` and ``report.json``.
         formats : tuple of str
             Names of the mesh formats, of `heartgen.formats.FORMATS`.
-        fields : iterable of MeshField
-            Fields on the mesh that go into the files that have a place for them.
+        fields : iterable of str or MeshField
+            Fields on the mesh that go into the files that have a place for them: names of
+            `heartgen.fields.FIELDS`, of which all are written if omitted, or fields of your own.
+        rule : FibreRule, optional
+            Angles of the fibres.
 
         Returns
         -------
@@ -101,12 +106,33 @@ class Personalization:
             The files written.
         """
         folder, fields = Path(folder), tuple(fields)
+        made = self.fields((name for name in fields if isinstance(name, str)), rule)
+        own = tuple(field for field in fields if isinstance(field, MeshField))
         paths: list[Path] = []
         for name in formats:
             path = folder / file_name("mesh", name)
-            paths += write_mesh(self.mesh, path, fields, name).files
+            paths += write_mesh(self.mesh, path, (*made, *own), name).files
         write_text(self.report.to_json() + "\n", folder / "report.json")
         return [*paths, folder / "report.json"]
+
+    def fields(
+        self, names: Iterable[str] | None = None, rule: FibreRule | None = None
+    ) -> tuple[MeshField, ...]:
+        """Make fields on the mesh.
+
+        Parameters
+        ----------
+        names : iterable of str, optional
+            Of `heartgen.fields.FIELDS`: material coordinates, AHA segments, fibres, and thickness
+            and curvature of the wall; all if omitted.
+        rule : FibreRule, optional
+            Angles of the fibres.
+
+        Returns
+        -------
+        tuple of MeshField
+        """
+        return make_fields(self.mesh, names, rule=rule, septum=self.options.septum)
 
     def plot(self, **options: Any) -> pyvista.Plotter:
         """Show the mesh over the mask's surface; options go to `heartgen.viewing.plot`."""
@@ -257,6 +283,7 @@ def _finish(start: _Start, options: Options, clock: _Clock) -> Personalization:
         unenhanced_quality=float(jacobian_ratio(warped).mean()),
         unrefined_quality=float(jacobian_ratio(enhanced).mean()),
         measurements=_measurements(anatomy, mesh),
+        indices=clinical_indices(mesh, options.septum),
         voxel_diagonal=start.mask.voxel_diagonal,
         fold_bound=deformations[level - 1].least_determinant(),
         findings=start.mask.findings

@@ -9,6 +9,7 @@ from importlib.metadata import version
 from typing import Any
 
 from heartgen.assessment import QUALITY_THRESHOLD, Accuracy, Quality
+from heartgen.fields.indices import Indices
 from heartgen.images.mask import Finding
 
 PACKAGES = ("heartgen", "numpy", "scipy", "numba", "SimpleITK")
@@ -82,6 +83,8 @@ class Report:
     unrefined_quality : float
         Mean Jacobian ratio before the refinement step.
     measurements : Measurements
+    indices : Indices
+        Clinical indices of the mesh.
     voxel_diagonal : float
         mm; the paper's limit for the mean error.
     fold_bound : float
@@ -101,6 +104,7 @@ class Report:
     unenhanced_quality: float
     unrefined_quality: float
     measurements: Measurements
+    indices: Indices
     voxel_diagonal: float
     fold_bound: float
     findings: tuple[Finding, ...]

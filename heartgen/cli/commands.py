@@ -128,6 +128,31 @@ def fit(
             help="Cubic basis of the mesh: smooth between elements, or values on a lattice.",
         ),
     ] = "hermite",
+    fields: Annotated[
+        str,
+        typer.Option(
+            metavar="all|none|NAMES",
+            help="Fields written with the mesh: coordinates, aha, fibres, thickness, curvature.",
+        ),
+    ] = "all",
+    fibre_angles: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ANGLES",
+            show_default=False,
+            help="Degrees at endo- and epicardium, helix=60/-60,right=90/-25,transverse=0/0,"
+            "sheet=0/0 if not given.",
+        ),
+    ] = None,
+    septum: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,Z",
+            show_default=False,
+            help="Direction from the left ventricle to the septum (LPS), where AHA segments start; "
+            "if not given, that of the right ventricle, or -1,-1,0 where there is none.",
+        ),
+    ] = None,
     quality: Annotated[
         float,
         typer.Option(
@@ -149,6 +174,7 @@ def fit(
     Ends with 0 only if the mesh is valid; if it is not, nothing is written.
     """
     with told(debug):
+        from heartgen.fields import rule_from_text
         from heartgen.options import Options
 
         check_folder(out)
@@ -162,10 +188,13 @@ def fit(
             quality=quality,
             depth=cast("Any", depth),
             basis=cast("Any", basis),
+            septum=None if septum is None else _direction(septum),
         )
+        chosen = _fields(fields)
+        rule = None if fibre_angles is None else rule_from_text(fibre_angles)
         result = _personalized(_read(mask, label, labels, rv_wall, ventricles), options)
         with appearing_together(out) as folder:
-            result.write(folder)
+            result.write(folder, fields=chosen, rule=rule)
 
 
 @app.command()
@@ -325,6 +354,27 @@ def _elements(text: str) -> tuple[int, int, int]:
         )
     radial, circumferential, longitudinal = map(int, found.groups())
     return radial, circumferential, longitudinal
+
+
+def _direction(text: str) -> tuple[float, float, float]:
+    """Three numbers, from -1,-1,0."""
+    try:
+        x, y, z = map(float, text.split(","))
+    except ValueError:
+        raise InputError(
+            f"direction {text!r} is not three numbers: give x, y and z in the world (LPS), for "
+            "example -1,-1,0"
+        ) from None
+    return x, y, z
+
+
+def _fields(text: str) -> tuple[str, ...]:
+    """Names of fields; all or none of them by one word."""
+    from heartgen.fields import FIELDS
+    from heartgen.fields.catalogue import check_names
+
+    words = {"all": tuple(FIELDS), "none": ()}
+    return words[text] if text in words else check_names(text.split(","))
 
 
 def _truncation(text: str) -> Any:

@@ -2,7 +2,9 @@
 
 from heartgen.fields.axes import HeartAxes, heart_axes
 from heartgen.fields.catalogue import FIELDS, make_fields
-from heartgen.fields.fibres import FibreRule, fibre_frames
+from heartgen.fields.fibres import FibreRule, fibre_frames, rule_from_text
+from heartgen.fields.indices import Indices, clinical_indices
+from heartgen.fields.motion import Strains, global_strains
 from heartgen.fields.segments import SEGMENTS, aha_segment
 
 __all__ = [
@@ -10,8 +12,13 @@ __all__ = [
     "SEGMENTS",
     "FibreRule",
     "HeartAxes",
+    "Indices",
+    "Strains",
     "aha_segment",
+    "clinical_indices",
     "fibre_frames",
+    "global_strains",
     "heart_axes",
     "make_fields",
+    "rule_from_text",
 ]

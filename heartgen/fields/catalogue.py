@@ -53,12 +53,20 @@ def make_fields(
     MeshError
         If the direction does not tell where the septum is.
     """
-    chosen = tuple(FIELDS) if names is None else tuple(dict.fromkeys(names))
+    chosen = check_names(FIELDS if names is None else names)
+    if not chosen:
+        return ()
+    axes, rule = heart_axes(mesh, septum), rule or FibreRule()
+    return tuple(field for name in chosen for field in FIELDS[name](mesh, axes, rule))
+
+
+def check_names(names: Iterable[str]) -> tuple[str, ...]:
+    """Names, each once; `InputError` if there is no such field."""
+    chosen = tuple(dict.fromkeys(name.strip() for name in names))
     for name in chosen:
         if name not in FIELDS:
             raise InputError(f"field {name!r} is not known: choose among {', '.join(FIELDS)}")
-    axes, rule = heart_axes(mesh, septum), rule or FibreRule()
-    return tuple(field for name in chosen for field in FIELDS[name](mesh, axes, rule))
+    return chosen
 
 
 def _coordinates(mesh: HexMesh, axes: HeartAxes, _: FibreRule) -> list[MeshField]:

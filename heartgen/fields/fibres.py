@@ -25,6 +25,15 @@ MOST = 180.0
 """Largest angle, degrees."""
 
 
+WORDS = {
+    "helix": "helix",
+    "right": "right_helix",
+    "transverse": "transverse",
+    "sheet": "sheet",
+}
+"""Words for the angles of a rule."""
+
+
 @dataclass(frozen=True)
 class FibreRule:
     """Angles at endo- and epicardium, degrees; between these they are linear in the depth.
@@ -59,6 +68,38 @@ class FibreRule:
                     f"at endo- and epicardium, -{MOST:g} to {MOST:g} degrees, for example "
                     f"{angle.default}"
                 )
+
+
+def rule_from_text(text: str) -> FibreRule:
+    """Read a rule such as ``helix=60/-60,right=90/-25,transverse=0/0,sheet=-65/25``.
+
+    Parameters
+    ----------
+    text : str
+        Any of these; angles at endo- and epicardium, degrees. The others are those of
+        ``FibreRule()``.
+
+    Returns
+    -------
+    FibreRule
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    angles: dict[str, Pair] = {}
+    for part in text.split(","):
+        name, _, pair = part.strip().partition("=")
+        try:
+            endo, epi = map(float, pair.split("/"))
+            angles[WORDS[name]] = endo, epi
+        except (KeyError, ValueError):
+            raise InputError(
+                f"fibre angles {part.strip()!r} cannot be read: give {', '.join(WORDS)}, each with "
+                "its angles at endo- and epicardium, for example helix=60/-60,right=90/-25"
+            ) from None
+    return FibreRule(**angles)
 
 
 def fibre_frames(mesh: HexMesh, rule: FibreRule | None = None) -> Array:

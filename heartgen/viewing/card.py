@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
 from heartgen.assessment import QUALITY_THRESHOLD
+from heartgen.fields import Indices
 from heartgen.report import Report, RightMeasurements
 
 SURFACE_NAMES = {
@@ -16,6 +18,16 @@ SURFACE_NAMES = {
     "base": "base",
 }
 """What the named surfaces of a mesh are called in print."""
+
+LEVELS = {"basal": range(1, 7), "mid": range(7, 13), "apical": range(13, 17)}
+"""AHA segments of each level but the apex."""
+
+COUNTED_FROM = {
+    "measured": "the right ventricle",
+    "given": "the direction given",
+    "assumed": "the patient's right and front, assumed",
+}
+"""How it is known where the septum is."""
 
 DIGITS = 3
 """Significant digits of a measurement: hundredths of a millimetre in a heart of 100 mm."""
@@ -110,6 +122,7 @@ def sections(report: Report) -> tuple[Section, ...]:
             ),
         ),
         *_right(m.right),
+        *_clinical(report.indices),
         Section(
             "Time",
             (
@@ -133,6 +146,36 @@ def _right(m: RightMeasurements | None) -> tuple[Section, ...]:
         ("blood pool", f"{number(m.pool_volume)} ml"),
     )
     return (Section("Right ventricle", rows),)
+
+
+def _clinical(i: Indices) -> tuple[Section, ...]:
+    """Clinical indices, and the thickness of the wall by segment."""
+    rows = [
+        ("left cavity", f"{number(i.lv_cavity_volume)} ml"),
+        ("left ventricular mass", f"{number(i.lv_mass)} g"),
+        ("long axis", f"{number(i.long_axis_length)} mm"),
+        ("sphericity", f"{i.sphericity:.2f}"),
+    ]
+    if i.rv_cavity_volume is not None and i.rv_mass is not None and i.rv_lv_ratio is not None:
+        rows[1:1] = [("right cavity", f"{number(i.rv_cavity_volume)} ml")]
+        rows[3:3] = [("right free wall", f"{number(i.rv_mass)} g")]
+        rows.append(("right over left cavity", f"{i.rv_lv_ratio:.2f}"))
+    thickness = [
+        (f"{level}, {segments[0]} to {segments[-1]}", f"{_listed(i, segments)} mm")
+        for level, segments in LEVELS.items()
+    ]
+    thickness.append(("apex, 17", f"{_listed(i, (17,))} mm"))
+    thickness.append(("counted from", COUNTED_FROM[i.septum]))
+    return (
+        Section("Clinical indices", tuple(rows)),
+        Section("Wall thickness by AHA segment", tuple(thickness)),
+    )
+
+
+def _listed(i: Indices, segments: Iterable[int]) -> str:
+    """Thicknesses of segments in a row; a dash where there is no such segment."""
+    found = (i.wall_thickness.get(segment) for segment in segments)
+    return " ".join("–" if value is None else f"{value:.1f}" for value in found)
 
 
 def number(value: float) -> str:

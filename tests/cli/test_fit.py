@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import pyvista as pv
 
 from heartgen import pipeline, samples
 from heartgen.options import STEPS
@@ -54,6 +55,7 @@ def test_options_arrive(run, mask_file, tmp_path):
         "fit", mask_file, "-o", tmp_path, "--lod", 2, "--elements", "2x10x5",
         "--truncate", "7.5", "--depth", "linear", "--basis", "lagrange",
         "--no-enhance", "--no-refine", "--quality", 2.0, "--ventricles", "lv",
+        "--septum", "-1,0,0.5",
     )  # fmt: skip
     assert outcome.exit_code == 0, outcome.output
     options = json.loads((tmp_path / "report.json").read_text())["options"]
@@ -67,7 +69,32 @@ def test_options_arrive(run, mask_file, tmp_path):
         "ventricles": "lv",
         "depth": "linear",
         "basis": "lagrange",
+        "septum": [-1.0, 0.0, 0.5],
     }
+
+
+def test_fields_are_written_as_asked(fitted, run, mask_file, tmp_path):
+    _, out = fitted
+    everything = pv.read(out / "mesh.vtu")
+    assert {"transmural", "longitudinal", "circumferential", "fibre"} <= set(everything.point_data)
+    assert "aha segment" in everything.cell_data
+    outcome = run(
+        "fit", mask_file, "-o", tmp_path, "--fields", "fibres", "--fibre-angles", "helix=0/0"
+    )  # fmt: skip
+    assert outcome.exit_code == 0, outcome.output
+    grid = pv.read(tmp_path / "mesh.vtu")
+    assert set(grid.point_data) == {"fibre", "sheet", "sheet normal"}
+    rising, level = (np.mean(np.abs(g["fibre"][:, 2])) for g in (everything, grid))
+    assert level < rising / 2  # around, not up the long axis
+    assert np.linalg.norm(grid["fibre"], axis=1) == pytest.approx(1)
+
+
+def test_indices_are_shown_and_reported(fitted):
+    outcome, out = fitted
+    indices = json.loads((out / "report.json").read_text())["indices"]
+    assert f"{indices['lv_cavity_volume']:.1f} ml" in outcome.stdout
+    assert f"{indices['wall_thickness']['17']:.1f} mm" in outcome.stdout
+    assert "the patient's right and front, assumed" in outcome.stdout
 
 
 def test_label_selects_the_myocardium(run, save, mask_file, tmp_path, fitted):

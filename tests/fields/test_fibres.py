@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from heartgen.errors import InputError
-from heartgen.fields import FibreRule, fibre_frames
+from heartgen.fields import FibreRule, fibre_frames, rule_from_text
 from heartgen.fields.fibres import helix_angle
 from heartgen.fields.frames import frames_at, wall_frames
 from heartgen.fields.wall import wall_of
@@ -109,6 +109,11 @@ def test_right_ventricle_has_its_own_angles_all_around(biv: HexMesh) -> None:
 def test_angles_that_are_none_are_refused(pair) -> None:
     with pytest.raises(InputError, match="right helix angles"):
         FibreRule(right_helix=pair)
+
+
+def test_rule_is_read_from_text() -> None:
+    rule = rule_from_text("helix=50/-70, sheet=-65/25")
+    assert rule == FibreRule(helix=(50.0, -70.0), sheet=(-65.0, 25.0))
 
 
 def land_fibre(points: np.ndarray) -> np.ndarray:
