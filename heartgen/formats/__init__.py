@@ -1,5 +1,6 @@
 """Meshes out to the field's tools, each by a writer that says what it loses."""
 
+from heartgen.formats.ex1 import write_ex1
 from heartgen.formats.exf import write_exf
 from heartgen.formats.files import Written, replacing, write_text
 from heartgen.formats.table import FORMATS, Format, file_name, write_mesh
@@ -11,6 +12,7 @@ __all__ = [
     "Written",
     "file_name",
     "replacing",
+    "write_ex1",
     "write_exf",
     "write_mesh",
     "write_text",

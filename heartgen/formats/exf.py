@@ -73,7 +73,7 @@ def exf_text(model: ExModel) -> str:
         "EX Version: 3",
         "Region: /",
         "! Coordinates in mm, world (LPS); derivatives with respect to the elements' own xi.",
-        *_structure(model.structure),
+        *structure_comments(model.structure),
         *_nodes(model.geometry, "node"),
         *_lines_and_faces(model.skeleton),
         *_elements(model.geometry, "element", model.skeleton.faces),
@@ -84,7 +84,7 @@ def exf_text(model: ExModel) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _structure(index: NDArray[np.intp]) -> Iterator[str]:
+def structure_comments(index: NDArray[np.intp]) -> Iterator[str]:
     """Places of elements as comments."""
     yield STRUCTURE
     for start in range(0, len(index), PER_LINE):

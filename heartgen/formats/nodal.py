@@ -11,15 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from heartgen.mesh.bases import CORNERS, PARAMETERS, corner_parameters
-from heartgen.mesh.hexmesh import HexMesh, Topology
+from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.sharing import coincident, probe
-
-ROUNDING = 1e-13
-"""Distance from a whole number within which the weight of a degree of freedom is that number."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +50,7 @@ def nodal_parameters(mesh: HexMesh) -> NodalParameters:
         A parameter that no degree of freedom moves, such as d/ds1 at the pole, is exactly zero.
     """
     topology = mesh.topology
-    rows = _corner_rows(topology)
+    rows = topology.functionals(corner_parameters().reshape(CORNERS * PARAMETERS, -1))
     slot = (PARAMETERS * topology.nodes[..., None] + np.arange(PARAMETERS)).ravel()
     # The slot is a coordinate of its own: only parameters of one kind at one node may coincide.
     number, first = coincident(np.column_stack([rows @ probe(topology).dofs, slot]))
@@ -67,13 +63,3 @@ def nodal_parameters(mesh: HexMesh) -> NodalParameters:
         counts=counts.reshape(-1, PARAMETERS),
         version=version[number].reshape(-1, CORNERS, PARAMETERS),
     )
-
-
-def _corner_rows(topology: Topology) -> sp.csr_array:
-    """(64 e, n): weights of the degrees of freedom in each (element, corner, derivative)."""
-    one = sp.csr_array(corner_parameters().reshape(CORNERS * PARAMETERS, -1))
-    rows = sp.kron(sp.eye_array(topology.n_elements), one) @ topology.extraction
-    whole = np.rint(rows.data)
-    rows.data = np.where(np.abs(rows.data - whole) < ROUNDING, whole, rows.data)
-    rows.eliminate_zeros()
-    return sp.csr_array(rows)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from heartgen.errors import InputError
+from heartgen.formats.ex1 import write_ex1
 from heartgen.formats.exf import write_exf
 from heartgen.formats.files import Written
 from heartgen.formats.mfem import write_mfem
@@ -55,6 +56,7 @@ def _table(*formats: Format) -> dict[str, Format]:
 
 FORMATS = _table(
     Format("exf", ".exf", "EX version 3: OpenCMISS, zinc, scaffoldmaker", write_exf),
+    Format("ex1", ".exelem", "EX version 1, two files: cmGui and tools of its time", write_ex1),
     Format("vtu", ".vtu", "VTK, cubic cells: ParaView, PyVista", write_vtu),
     Format("vtu-bezier", ".vtu", "VTK, Bezier cells: ParaView, PyVista", write_bezier_vtu),
     Format("vtk", ".vtk", "legacy VTK 5.1, cubic cells: ParaView, meshio", write_legacy_vtk),

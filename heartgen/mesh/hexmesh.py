@@ -16,6 +16,9 @@ from heartgen.mesh.numbering import corner_nodes
 
 COEFFICIENTS = ORDER**3
 
+ROUNDING = 1e-13
+"""Distance from a whole number within which the weight of a degree of freedom is that number."""
+
 
 @dataclass(frozen=True)
 class Topology:
@@ -70,6 +73,27 @@ class Topology:
     def n_elements(self) -> int:
         """Number of elements."""
         return len(self.index)
+
+    def functionals(self, one: NDArray[np.float64]) -> sp.csr_array:
+        """Linear functions of the coefficients of every element, as ones of the degrees of freedom.
+
+        Parameters
+        ----------
+        one : (m, 64) float64
+            Weights of the coefficients of one element.
+
+        Returns
+        -------
+        (m e, n) sparse
+            Weights of the degrees of freedom; whole numbers where they are but for rounding, so
+            that a degree of freedom that is asked for comes back to the bit.
+        """
+        rows = sp.csr_array(sp.kron(sp.eye_array(self.n_elements), sp.csr_array(one)))
+        rows = sp.csr_array(rows @ self.extraction)
+        whole = np.rint(rows.data)
+        rows.data = np.where(np.abs(rows.data - whole) < ROUNDING, whole, rows.data)
+        rows.eliminate_zeros()
+        return rows
 
     @property
     def external(self) -> NDArray[np.intp]:
@@ -157,7 +181,8 @@ class HexMesh:
 
         They are the cubic Lagrange coefficients of the very same geometry.
         """
-        return self.evaluate(lattice())
+        values = self.topology.functionals(tabulate(lattice())) @ self.dofs
+        return np.asarray(values).reshape(-1, COEFFICIENTS, 3)
 
     def refined(self, radial: int = 1, circumferential: int = 1, longitudinal: int = 1) -> HexMesh:
         """Split every element; the geometry and the degrees of freedom stay the same.

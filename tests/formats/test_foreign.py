@@ -232,6 +232,7 @@ class ByMfem:
 
 READERS = [
     ("exf", ByZinc),
+    ("ex1", ByZinc),
     ("vtu", ByVtk),
     ("vtu-bezier", ByVtk),
     ("vtk", ByVtk),
