@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import isfinite
-from typing import Literal
+from typing import Literal, get_args
 
 from heartgen.errors import InputError
 
@@ -23,8 +23,14 @@ LV_ELEMENTS = (1, 12, 6)
 BIV_ELEMENTS = (2, 12, 8)
 """Default elements (radial, circumferential, longitudinal)."""
 
+Apex = Literal["collapsed", "hole", "patch"]
+"""Kinds of apex: elements that collapse in a pole, a hole, or a square patch of elements."""
+
 QUALITY_LIMITS = (0.01, 100.0)
 """Range of the quality dial."""
+
+HOLE_SHARE = 0.25
+"""Radius of an apical hole over that of the cavity, if it is not given."""
 
 REFINED_PASSES = 2
 """Registration passes before a refinement: it leaves nothing for finer ones to find."""
@@ -60,6 +66,11 @@ class Options:
         Direction from the left ventricle to the septum, world (LPS), from which AHA segments are
         counted; None for that of the right ventricle, or, where there is none, to the patient's
         right and front.
+    apex : {"collapsed", "hole", "patch"}
+        The lowest row of elements collapses in a pole, or ends at an apical hole, or there is a
+        square patch of elements in its place, for which a multiple of 4 must lie around.
+    hole_radius : float or None
+        Radius of the apical hole on the endocardium, mm; None for a quarter of the cavity's.
     """
 
     lod: int = 1
@@ -72,6 +83,8 @@ class Options:
     depth: Literal["graded", "linear"] = "graded"
     basis: Literal["hermite", "lagrange"] = "hermite"
     septum: tuple[float, float, float] | None = None
+    apex: Apex = "collapsed"
+    hole_radius: float | None = None
 
     def __post_init__(self) -> None:
         if self.lod not in range(1, 6):
@@ -106,6 +119,30 @@ class Options:
             raise InputError(
                 f"septum {self.septum} is not a direction: give three numbers that point from the "
                 "left ventricle to the right, in the world (LPS), for example (-1, -1, 0)"
+            )
+        self._check_apex()
+
+    def _check_apex(self) -> None:
+        """Refuse an apex that cannot be made."""
+        if self.apex not in get_args(Apex):
+            raise InputError(
+                f"apex {self.apex!r} is not known: choose {', '.join(get_args(Apex)[:-1])} or "
+                f"{get_args(Apex)[-1]}"
+            )
+        if self.hole_radius is not None and self.apex != "hole":
+            raise InputError(
+                f"an apex that is {self.apex} has no hole of {self.hole_radius} mm radius: choose "
+                "the apex with a hole, or no radius"
+            )
+        if self.hole_radius is not None and not 0 < self.hole_radius < float("inf"):
+            raise InputError(
+                f"an apical hole of {self.hole_radius} mm radius cannot be made: give a positive "
+                "number"
+            )
+        if self.apex == "patch" and self.elements is not None and self.elements[1] % 4:
+            raise InputError(
+                f"{self.elements[1]} elements around cannot end in a square patch, of which a "
+                "quarter of them lie along each side: use a multiple of 4"
             )
 
     def passes(self, lod: int) -> int:

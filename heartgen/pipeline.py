@@ -12,16 +12,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from heartgen.anatomy import Anatomy, analyse
+from heartgen.anatomy import Anatomy, Cone, analyse, cone_through, with_hole
 from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.enhancement import enhance
 from heartgen.fields import FIELDS, FibreRule, clinical_indices, make_fields
 from heartgen.formats import file_name, write_mesh, write_text
 from heartgen.images import Finding, Mask
 from heartgen.mesh import HexMesh, MeshField
+from heartgen.mesh.hermite import RIM
 from heartgen.mesh.jacobian import jacobian_ratio, volume
 from heartgen.mesh.validity import certify
-from heartgen.options import Options, usual_elements
+from heartgen.options import HOLE_SHARE, Options, usual_elements
 from heartgen.refinement import patient_of, refine, weights_for
 from heartgen.registration import Deformation, register
 from heartgen.report import Measurements, Report, RightMeasurements
@@ -234,8 +235,11 @@ def _personalize(
     clock = _Clock(progress)
     with clock.step("shape analysis"):
         anatomy = anatomy or analyse(mask, options.truncate, options.ventricles)
+        anatomy = anatomy.uncut or anatomy
     with clock.step("template"):
         template = _template(anatomy, options)
+        if RIM in template.topology.surfaces:
+            anatomy = with_hole(anatomy, _cone(template))
     with clock.step("registration") as done:
         deformations = register(
             template,
@@ -301,7 +305,18 @@ def _template(anatomy: Anatomy, options: Options) -> HexMesh:
     """Template of what the mask shows."""
     make = lv_template if anatomy.rv is None else biventricular_template
     elements = options.elements or usual_elements(anatomy.rv is not None)
-    return make(anatomy, elements, graded=options.depth == "graded")
+    hole = HOLE_SHARE * anatomy.radius if options.hole_radius is None else options.hole_radius
+    return make(anatomy, elements, options.depth == "graded", options.apex, hole)
+
+
+def _cone(template: HexMesh) -> Cone:
+    """Cone through the rims of the template's apical hole."""
+    radial = template.topology.index[template.topology.surfaces[RIM][:, 0], 0]
+    rims = []
+    for layer, face in ((0, 0.0), (radial.max(), 1.0)):
+        elements = template.topology.surfaces[RIM][radial == layer, 0]
+        rims.append(template.evaluate(np.array([[0.0, 0.0, face]]))[elements, 0])
+    return cone_through(*rims)
 
 
 def _deepest_valid(

@@ -2,6 +2,16 @@
 
 from heartgen.anatomy.analysis import Anatomy, analyse
 from heartgen.anatomy.base import Base, Plane
+from heartgen.anatomy.hole import Cone, cone_through, with_hole
 from heartgen.anatomy.right import RightVentricle
 
-__all__ = ["Anatomy", "Base", "Plane", "RightVentricle", "analyse"]
+__all__ = [
+    "Anatomy",
+    "Base",
+    "Cone",
+    "Plane",
+    "RightVentricle",
+    "analyse",
+    "cone_through",
+    "with_hole",
+]

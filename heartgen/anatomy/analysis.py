@@ -65,6 +65,8 @@ class Anatomy:
         What is worth telling the user.
     rv : RightVentricle or None
         None if the mask shows a left ventricle alone.
+    uncut : Anatomy or None
+        The anatomy before an apical hole was cut into it; None if there is no hole.
     """
 
     frame: NDArray[np.float64]
@@ -80,6 +82,7 @@ class Anatomy:
     wall_volume: float
     findings: tuple[Finding, ...]
     rv: RightVentricle | None = None
+    uncut: Anatomy | None = None
 
     def to_world(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """World coordinates (n, 3), mm, LPS, of points (n, 3) in the heart's frame, mm."""

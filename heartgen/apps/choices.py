@@ -21,6 +21,12 @@ class Kind:
 
 TOPOLOGIES = (
     Kind("collapsed", "Collapsed apex", "The elements of the lowest row end in the pole."),
+    Kind("hole", "Apical hole", "The mesh ends at a hole, a quarter as wide as the cavity."),
+    Kind(
+        "patch",
+        "Square patch",
+        "A square of elements closes the apex; a multiple of 4 elements must lie around.",
+    ),
 )
 
 BASES = (
@@ -95,6 +101,7 @@ class Choices(HasTraits):
             quality=float(self.quality),
             truncate=cast("Any", truncate),
             enhance=bool(self.enhance),
+            apex=cast("Any", self.topology),
         )
 
 

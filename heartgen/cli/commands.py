@@ -121,6 +121,22 @@ def fit(
             help="Parametrisation across the wall: for even elements, or proportional.",
         ),
     ] = "graded",
+    apex: Annotated[
+        str,
+        typer.Option(
+            metavar="collapsed|hole|patch",
+            help="Elements that collapse in a pole, an apical hole, or a square patch of elements.",
+        ),
+    ] = "collapsed",
+    hole_radius: Annotated[
+        float | None,
+        typer.Option(
+            metavar="MM",
+            show_default=False,
+            help="Radius of the apical hole on the endocardium; a quarter of the cavity's if not "
+            "given.",
+        ),
+    ] = None,
     basis: Annotated[
         str,
         typer.Option(
@@ -187,6 +203,8 @@ def fit(
             refine=not no_refine,
             quality=quality,
             depth=cast("Any", depth),
+            apex=cast("Any", apex),
+            hole_radius=hole_radius,
             basis=cast("Any", basis),
             septum=None if septum is None else _direction(septum),
         )

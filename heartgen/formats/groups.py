@@ -19,8 +19,9 @@ SURFACES = {
     "rv_endo": "endocardium of right ventricle",
     "epi": "epicardium",
     "base": "base of heart",
+    "apex": "apical hole",
 }
-"""What the field calls our surfaces: heart terms of scaffoldmaker, which has none for the base."""
+"""What the field calls our surfaces: heart terms of scaffoldmaker, which has none for the cuts."""
 
 WALL = "left ventricle myocardium"
 PARTS = {

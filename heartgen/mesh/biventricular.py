@@ -19,17 +19,18 @@ from numpy.typing import NDArray
 from heartgen.errors import MeshError
 from heartgen.mesh.hermite import (
     LINEAR,
-    NODE_DOFS,
-    POLE_DOFS,
     depth,
+    ends,
+    faces_of,
     line_extraction,
-    node_dofs,
-    surface_dofs,
-    surface_extraction,
+    sheet_of,
+    structure,
     tensor_extraction,
 )
 from heartgen.mesh.hexmesh import Topology
 from heartgen.mesh.numbering import corner_nodes
+from heartgen.mesh.sheet import NODE_DOFS, Angles, Sheet
+from heartgen.options import Apex
 
 MIN_LAYERS = 2
 """Septum and free wall."""
@@ -64,9 +65,10 @@ def biventricular_topology(
     shape: tuple[int, int, int],
     opening: Opening,
     grading: tuple[float, float] = LINEAR,
-    angles: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+    angles: Angles | None = None,
+    apex: Apex = "collapsed",
 ) -> Topology:
-    """Topology of both ventricles with a collapsed, smooth apex.
+    """Topology of both ventricles.
 
     Parameters
     ----------
@@ -75,14 +77,16 @@ def biventricular_topology(
     opening : Opening
     grading : (float, float)
         Slope of the depth at endo- and epicardium of the straightened wall of the left ventricle.
-    angles : (around,) and (around,) float64, optional
-        Angles at which the columns leave the pole, and their derivative by xi1, rad.
+    angles : Angles, optional
+        At which the columns leave a pole.
+    apex : {"collapsed", "hole", "patch"}
+        A square patch lies with a side below the middle of the opening.
 
     Returns
     -------
     Topology
-        Surfaces ``lv_endo``, ``rv_endo``, ``epi``, ``base``; its degrees of freedom that stay free
-        when the wall is straightened are those of the surfaces.
+        Surfaces ``lv_endo``, ``rv_endo``, ``epi``, ``base``, and ``apex`` around a hole; its
+        degrees of freedom that stay free when the wall is straightened are those of the surfaces.
 
     Raises
     ------
@@ -90,45 +94,39 @@ def biventricular_topology(
         If a direction has too few elements, or the opening does not fit.
     """
     radial, around, along = shape
-    _check(shape, opening)
-    sheet = _Sheets(shape, opening)
-    surface = surface_extraction(around, along, angles)
-    inner = tensor_extraction(line_extraction(opening.septal_layers), surface)
-    outer = tensor_extraction(line_extraction(radial - opening.septal_layers), surface)
-    index = np.array(
-        [(r, c, s) for r in range(radial) for s in range(along) for c in range(around)],
-        dtype=np.intp,
-    )
+    sheet = sheet_of(apex, around, along, angles, patch_corner(opening, around))
+    _check(shape, opening, sheet.first_row)
+    blocks = _Blocks(shape, opening, sheet)
+    inner = tensor_extraction(line_extraction(opening.septal_layers), sheet.extraction)
+    outer = tensor_extraction(line_extraction(radial - opening.septal_layers), sheet.extraction)
+    index = structure(radial, sheet)
     is_open = (index[:, 1] < opening.columns) & (index[:, 2] >= opening.row)
     is_outer = index[:, 0] >= opening.septal_layers
     rows = np.repeat(~is_outer, 64), np.repeat((is_outer & ~is_open)[is_outer], 64)
     beside = sp.diags_array(rows[1].astype(float))
     within = sp.diags_array((~rows[1]).astype(float))
     extraction = sp.csr_array(
-        sp.block_array([[inner, None, None], [None, beside @ outer, within @ outer]]) @ sheet.shared
+        sp.block_array([[inner, None, None], [None, beside @ outer, within @ outer]])
+        @ blocks.shared
     )
-    element = np.arange(len(index)).reshape(radial, along, around)
-
-    def faces(elements: NDArray[np.intp], face: int) -> NDArray[np.intp]:
-        return np.stack([elements.ravel(), np.full(elements.size, face)], -1)
-
-    rectangle = element[:, opening.row :, : opening.columns]
-    septal = faces(rectangle[opening.septal_layers - 1], 5)
-    free = faces(rectangle[opening.septal_layers], 4)
+    element = np.arange(len(index)).reshape(radial, -1)
+    rectangle = element[:, is_open[: sheet.n_faces]]
+    septal = faces_of(rectangle[opening.septal_layers - 1], 5)
+    free = faces_of(rectangle[opening.septal_layers], 4)
     return Topology(
         extraction=extraction,
         shape=shape,
         index=index,
         surfaces={
-            "lv_endo": faces(element[0], 4),
+            "lv_endo": faces_of(element[0], 4),
             "rv_endo": np.concatenate([septal, free]),
-            "epi": faces(element[-1], 5),
-            "base": faces(element[:, -1], 3),
+            "epi": faces_of(element[-1], 5),
+            **ends(element, sheet, along),
         },
-        collapsed=faces(element[:, 0], 2),
+        collapsed=faces_of(element[:, sheet.collapsed], 2),
         nodes=corner_nodes(extraction),
-        constant=sheet.constant(),
-        straightening=sheet.straightening(grading),
+        constant=blocks.constant(),
+        straightening=blocks.straightening(grading),
         parts={
             "left ventricle": np.flatnonzero(~is_open),
             "septum": np.flatnonzero(is_open & ~is_outer),
@@ -138,33 +136,39 @@ def biventricular_topology(
     )
 
 
-def _check(shape: tuple[int, int, int], opening: Opening) -> None:
+def patch_corner(opening: Opening, around: int) -> int:
+    """Column of a corner of a square patch, one of whose sides lies below the opening."""
+    return (2 * opening.columns - around // 2) // 4 % around
+
+
+def _check(shape: tuple[int, int, int], opening: Opening, first_row: int) -> None:
     """Refuse a mesh too coarse for its right ventricle."""
     radial, around, along = shape
     if (
         radial < MIN_LAYERS
         or not 1 <= opening.septal_layers < radial
         or not MIN_COLUMNS <= opening.columns <= around - MIN_COLUMNS
-        or not 1 <= opening.row < along
+        or not max(first_row, 1) <= opening.row < along
     ):
         raise MeshError(
             f"elements {radial}x{around}x{along} cannot make two ventricles: use at least "
-            f"{MIN_LAYERS} radial, {2 * MIN_COLUMNS} circumferential and 2 longitudinal elements"
+            f"{MIN_LAYERS} radial, {2 * MIN_COLUMNS} circumferential and "
+            f"{max(first_row, 1) + 1} longitudinal elements"
         )
 
 
-class _Sheets:
+class _Blocks:
     """Degrees of freedom before nodes are shared: surfaces stacked in blocks.
 
     The blocks are the inner one, the outer one beside the rectangle and the outer one within it.
     Each is ordered (layer, radial derivative, surface degree of freedom).
     """
 
-    def __init__(self, shape: tuple[int, int, int], opening: Opening) -> None:
+    def __init__(self, shape: tuple[int, int, int], opening: Opening, sheet: Sheet) -> None:
         self.radial, self.around, self.along = shape
         self.opening = opening
         self.septal = opening.septal_layers
-        self.n = surface_dofs(self.around, self.along)
+        self.sheet, self.n = sheet, sheet.n
         sizes = [self.septal + 1, self.radial - self.septal + 1, self.radial - self.septal + 1]
         numbers = np.split(np.arange(2 * self.n * sum(sizes)), 2 * self.n * np.cumsum(sizes)[:-1])
         self.inner, self.beside, self.within = (
@@ -193,7 +197,7 @@ class _Sheets:
     def _open_nodes(self) -> list[tuple[int, int, NDArray[np.intp]]]:
         """Column, row and surface degrees of freedom of the nodes of the rectangle."""
         return [
-            (c, s, node_dofs(c, s, self.around) + np.arange(NODE_DOFS))
+            (c, s, self.sheet.node(c, s) + np.arange(NODE_DOFS))
             for s in range(self.opening.row, self.along + 1)
             for c in range(self.opening.columns + 1)
         ]
@@ -219,9 +223,8 @@ class _Sheets:
     def constant(self) -> NDArray[np.float64]:
         """Degrees of freedom of the function 1."""
         ones = np.zeros(len(self.number))
-        values = np.r_[0, np.arange(POLE_DOFS, self.n, NODE_DOFS)]
         for block in (self.inner, self.beside, self.within):
-            ones[block[:, 0][:, values]] = 1
+            ones[block[:, 0][:, self.sheet.values]] = 1
         return np.asarray(ones[self.owner])
 
     def straightening(self, grading: tuple[float, float]) -> sp.csr_array:

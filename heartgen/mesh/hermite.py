@@ -1,14 +1,12 @@
-"""Cubic Hermite topology of a cup: a wall that closes in a smooth pole, C1 everywhere.
+"""Cubic Hermite topology of a cup: a smooth wall with one of three kinds of apex.
 
 The degrees of freedom are a tensor product: a radial cubic Hermite line (value and slope at each of
-``radial + 1`` layers) times a surface space. The surface space has four degrees of freedom (value,
-d/dxi1, d/dxi2, d2/dxi1dxi2) at every regular node and three at the pole: its position and the two
-vectors a, b of its tangent plane. The longitudinal derivative of the element line that leaves the
-pole at angle theta is ``a cos(theta) + b sin(theta)``, so the surface has one tangent plane there
-and cannot form a cusp.
+``radial + 1`` layers) times the space of a surface, which knows the apex (`heartgen.mesh.sheet`).
 """
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
@@ -17,18 +15,26 @@ from numpy.typing import NDArray
 from heartgen.errors import MeshError
 from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN, bernstein, bernstein_derivative
 from heartgen.mesh.hexmesh import Topology
+from heartgen.mesh.patch import patch_sheet
+from heartgen.mesh.sheet import Angles, Sheet, collapsed_sheet, open_sheet
+from heartgen.options import Apex
 
-POLE_DOFS = 3
-NODE_DOFS = 4
 LINEAR = (1.0, 1.0)
 """Grading of a wall whose depth is proportional to xi."""
 
 MIN_CIRCUMFERENTIAL = 3
 """Fewer elements around cannot carry the tangent plane of the pole."""
 
+RIM = "apex"
+"""Name of the surface through the wall around an apical hole."""
 
-def cup_topology(shape: tuple[int, int, int], grading: tuple[float, float] = LINEAR) -> Topology:
-    """Topology of a cup with a collapsed, smooth apex.
+
+def cup_topology(
+    shape: tuple[int, int, int],
+    grading: tuple[float, float] = LINEAR,
+    apex: Apex = "collapsed",
+) -> Topology:
+    """Topology of a cup.
 
     Parameters
     ----------
@@ -36,17 +42,18 @@ def cup_topology(shape: tuple[int, int, int], grading: tuple[float, float] = LIN
         Elements (radial, circumferential, longitudinal).
     grading : (float, float)
         Slope of the depth at endo- and epicardium once the wall is straightened, see `depth`.
+    apex : {"collapsed", "hole", "patch"}
 
     Returns
     -------
     Topology
-        Surfaces ``lv_endo``, ``epi``, ``base``; degrees of freedom ordered (layer, radial
-        derivative, surface degree of freedom), see `surface_dofs`.
+        Surfaces ``lv_endo``, ``epi``, ``base``, and ``apex`` around a hole; degrees of freedom
+        ordered (layer, radial derivative, surface degree of freedom).
 
     Raises
     ------
     MeshError
-        If a direction has too few elements.
+        If a direction has too few elements, or the wrong number for the apex.
     """
     radial, around, along = shape
     if radial < 1 or along < 1 or around < MIN_CIRCUMFERENTIAL:
@@ -54,97 +61,69 @@ def cup_topology(shape: tuple[int, int, int], grading: tuple[float, float] = LIN
             f"elements {radial}x{around}x{along} cannot make a ventricle: use at least 1 radial, "
             f"{MIN_CIRCUMFERENTIAL} circumferential and 1 longitudinal element"
         )
-    surface = surface_extraction(around, along)
-    line = line_extraction(radial)
-    ones = np.zeros(surface.shape[1])
-    ones[0], ones[POLE_DOFS::NODE_DOFS] = 1, 1
-    index = np.array(
-        [(r, c, s) for r in range(radial) for s in range(along) for c in range(around)],
-        dtype=np.intp,
-    )
-    element = np.arange(len(index)).reshape(radial, along, around)
-
-    def faces(elements: NDArray[np.intp], face: int) -> NDArray[np.intp]:
-        return np.stack([elements.ravel(), np.full(elements.size, face)], -1)
-
+    sheet = sheet_of(apex, around, along)
+    ones = np.zeros(sheet.n)
+    ones[sheet.values] = 1
+    element = np.arange(radial * sheet.n_faces).reshape(radial, -1)
+    layer_nodes = int(sheet.nodes.max()) + 1
+    nodes = [sheet.nodes + layer_nodes * layer for layer in range(radial + 1)]
     return Topology(
-        extraction=tensor_extraction(line, surface),
+        extraction=tensor_extraction(line_extraction(radial), sheet.extraction),
         shape=shape,
-        index=index,
+        index=structure(radial, sheet),
         surfaces={
-            "lv_endo": faces(element[0], 4),
-            "epi": faces(element[-1], 5),
-            "base": faces(element[:, -1], 3),
+            "lv_endo": faces_of(element[0], 4),
+            "epi": faces_of(element[-1], 5),
+            **ends(element, sheet, along),
         },
-        collapsed=faces(element[:, 0], 2),
-        nodes=_corner_nodes(radial, around, along),
+        collapsed=faces_of(element[:, sheet.collapsed], 2),
+        nodes=np.concatenate([np.hstack(pair) for pair in pairwise(nodes)]),
         constant=np.tile(np.concatenate([ones, 0 * ones]), radial + 1),
-        straightening=_straightening(radial, surface.shape[1], grading),
+        straightening=_straightening(radial, sheet.n, grading),
     )
 
 
-def surface_dofs(around: int, along: int) -> int:
-    """Degrees of freedom of the surface space of a cup."""
-    return POLE_DOFS + NODE_DOFS * around * along
-
-
-def node_dofs(column: int, row: int, around: int) -> int:
-    """First surface degree of freedom of a regular node; row 1 is the first above the pole."""
-    return POLE_DOFS + NODE_DOFS * ((row - 1) * around + column % around)
-
-
-def even_angles(around: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Angles at which evenly spaced columns leave the pole, and their derivative by xi1."""
-    step = 2 * np.pi / around
-    return step * np.arange(around, dtype=float), np.full(around, step)
-
-
-def surface_extraction(
-    around: int,
-    along: int,
-    angles: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
-) -> sp.csr_array:
-    """Bicubic Bernstein coefficients of the faces of a cup from its surface degrees of freedom.
+def sheet_of(
+    apex: Apex, around: int, along: int, angles: Angles | None = None, corner: int = 0
+) -> Sheet:
+    """Space of a surface with an apex of some kind.
 
     Parameters
     ----------
+    apex : {"collapsed", "hole", "patch"}
     around, along : int
         Faces.
-    angles : (around,) and (around,) float64, optional
-        Angles at which the columns leave the pole, and their derivative by xi1, rad; even if
-        omitted.
+    angles : Angles, optional
+        At which the columns leave a pole.
+    corner : int
+        Column of a corner of a square patch.
 
     Returns
     -------
-    (16 faces, dofs) sparse
-        xi1 fastest; face (row, column).
+    Sheet
     """
-    angle, step = angles or even_angles(around)
-    to_bernstein = np.kron(HERMITE_TO_BERNSTEIN, HERMITE_TO_BERNSTEIN)
-    rows, columns, values = [], [], []
-    for s in range(along):
-        for c in range(around):
-            hermite = np.zeros((16, surface_dofs(around, along)))
-            for end_s in (0, 1):
-                for end_c in (0, 1):
-                    local = 4 * (2 * end_s) + 2 * end_c  # (value | slope along) x (value | around)
-                    if s + end_s == 0:
-                        column = (c + end_c) % around
-                        cos, sin = np.cos(angle[column]), np.sin(angle[column])
-                        hermite[local, 0] = 1
-                        hermite[local + 4, 1:3] = cos, sin
-                        hermite[local + 5, 1:3] = -step[column] * sin, step[column] * cos
-                        continue
-                    first = node_dofs(c + end_c, s + end_s, around)
-                    hermite[[local, local + 1, local + 4, local + 5], first + np.arange(4)] = 1
-            block = to_bernstein @ hermite
-            row, dof = np.nonzero(block)
-            rows.append(row + 16 * (s * around + c))
-            columns.append(dof)
-            values.append(block[row, dof])
-    shape = (16 * around * along, surface_dofs(around, along))
-    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    return sp.csr_array(sp.coo_array(entries, shape=shape))
+    if apex == "patch":
+        return patch_sheet(around, along, corner)
+    return open_sheet(around, along) if apex == "hole" else collapsed_sheet(around, along, angles)
+
+
+def structure(layers: int, sheet: Sheet) -> NDArray[np.intp]:
+    """Place (e, 3) of elements: (radial, circumferential, longitudinal)."""
+    layer = np.arange(layers).repeat(sheet.n_faces)
+    return np.column_stack([layer, np.tile(sheet.index, (layers, 1))])
+
+
+def faces_of(elements: NDArray[np.intp], face: int) -> NDArray[np.intp]:
+    """One face of each element, (f, 2): (element, face)."""
+    return np.stack([elements.ravel(), np.full(elements.size, face)], -1)
+
+
+def ends(element: NDArray[np.intp], sheet: Sheet, along: int) -> dict[str, NDArray[np.intp]]:
+    """Surfaces across the wall, of the elements (layers, faces of the sheet)."""
+    out = {"base": faces_of(element[:, sheet.index[:, 1] == along - 1], 3)}
+    if len(sheet.rim):
+        out[RIM] = faces_of(element[:, sheet.rim], 2)
+    return out
 
 
 def line_extraction(radial: int) -> NDArray[np.float64]:
@@ -176,24 +155,6 @@ def tensor_extraction(line: NDArray[np.float64], surface: sp.csr_array) -> sp.cs
     )
     order = ((4 * r + k) * n_faces + face) * 16 + a
     return sp.csr_array(flat[order.ravel()])
-
-
-def _corner_nodes(radial: int, around: int, along: int) -> NDArray[np.intp]:
-    """(e, 8) corner nodes; each layer has one pole node and around x along regular ones."""
-    per_layer = 1 + around * along
-
-    def node(layer: int, column: int, row: int) -> int:
-        return layer * per_layer + (0 if row == 0 else 1 + (row - 1) * around + column % around)
-
-    return np.array(
-        [
-            [node(r + k, c + i, s + j) for k in (0, 1) for j in (0, 1) for i in (0, 1)]
-            for r in range(radial)
-            for s in range(along)
-            for c in range(around)
-        ],
-        dtype=np.intp,
-    )
 
 
 def depth(

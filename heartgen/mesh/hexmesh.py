@@ -29,13 +29,14 @@ class Topology:
     extraction : (64 e, n) sparse
         Bernstein coefficients of all elements from the n degrees of freedom.
     shape : (int, int, int)
-        Elements (radial, circumferential, longitudinal).
+        Elements (radial, circumferential, longitudinal). A square patch at the apex is one row.
     index : (e, 3) int
-        Place of each element in that structure: (radial, circumferential, longitudinal).
+        Place of each element in that structure: (radial, circumferential, longitudinal). The
+        elements of a square patch are those of row 0, counted through.
     surfaces : mapping of str to (f, 2) int
-        Named external surfaces as (element, face); faces are numbered xi1=0, xi1=1, xi2=0, xi2=1,
-        xi3=0, xi3=1. Local directions: xi1 circumferential, xi2 apex to base, xi3 endocardium to
-        epicardium (right-handed).
+        Named external surfaces, ``apex`` being the side of an apical hole, as (element, face);
+        faces are numbered xi1=0, xi1=1, xi2=0, xi2=1, xi3=0, xi3=1. Local directions: xi1
+        circumferential, xi2 apex to base, xi3 endocardium to epicardium (right-handed).
     collapsed : (m, 2) int
         Faces of zero area (the pole), where det J = 0 by construction.
     nodes : (e, 8) int

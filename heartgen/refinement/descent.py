@@ -60,15 +60,15 @@ class Weights:
         Squared second derivatives of a step over the elements' squared sizes.
     drift : float
         Squared movement along the surface beyond the leeway, in units of `DRIFT`.
-    base : float
-        Distances at the base, relative to those elsewhere.
+    cut : float
+        Distances at the base and at an apical hole, relative to those elsewhere.
     """
 
     spread: float = 45.0
     shear: float = 5.0
     bending: float = 0.05
     drift: float = 40.0
-    base: float = 5.0
+    cut: float = 5.0
 
 
 SHEARED = Weights(spread=15.0, shear=28.0)
@@ -146,7 +146,7 @@ def refine(
     q = mesh.dofs[freedom.free]
     for step in range(steps):
         progress(step / steps)
-        outward = to_patient(shape(q), faces, patient, weights.base).trusted(trust)
+        outward = to_patient(shape(q), faces, patient, weights.cut).trusted(trust)
         points = patient.few if step < steps - FULL_STEPS else patient.points
         inward = from_patient(shape(q), faces, points, patient.voxel).trusted(trust)
         state = elements.state(q)
@@ -168,7 +168,7 @@ def refine(
             stiff: NDArray[np.float64] = stiff,
         ) -> float:
             candidate = elements.state(q, unfolding)
-            out = to_patient(shape(q), faces, patient, weights.base).trusted(trust)
+            out = to_patient(shape(q), faces, patient, weights.cut).trusted(trust)
             return (
                 per_square * (out.mean_square + float(weight @ back**2))
                 + per_drift * drift(shape(q), anchor, faces, leeway).trusted(held).mean_square

@@ -16,7 +16,7 @@ from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.quadrature import gauss_square
 from heartgen.mesh.surfaces import FACE_COEFFICIENTS, tabulate_face
 from heartgen.refinement.assembly import Blocks
-from heartgen.refinement.patient import Patient
+from heartgen.refinement.patient import CUTS, Patient
 
 FACE_SAMPLES = 6
 """Samples per face and direction for the distance from mesh to patient."""
@@ -68,9 +68,7 @@ class Distances:
         return replace(self, weight=self.weight * trust[self.face])
 
 
-def to_patient(
-    mesh: HexMesh, faces: FaceFreedom, patient: Patient, base_weight: float
-) -> Distances:
+def to_patient(mesh: HexMesh, faces: FaceFreedom, patient: Patient, cut_weight: float) -> Distances:
     """Signed distances of the patient's surfaces at samples of the mesh's faces."""
     uv, w = gauss_square(FACE_SAMPLES)
     basis = tabulate_face(uv)
@@ -84,8 +82,8 @@ def to_patient(
         value, slope = patient.images[name].sample(points[rows].reshape(-1, 3))
         values[rows] = value.reshape(area[rows].shape)
         normals[rows] = slope.reshape(points[rows].shape)
-        if name == "base":
-            weights[rows] *= base_weight
+        if name in CUTS:
+            weights[rows] *= cut_weight
     return Distances(
         np.repeat(np.arange(len(control)), len(uv)),
         np.tile(basis, (len(control), 1)),

@@ -22,8 +22,11 @@ SCATTER = np.sqrt([2.0, 3.0, 5.0])
 """Irrational directions along which the fractional part of a place is as good as random, but the
 same for every order of an image's axes."""
 
-BELOW_BASE = 1.0
-"""Voxels below the base at which the surfaces' points begin: the base belongs to the plane."""
+CUTS = ("base", "apex")
+"""Surfaces where the wall is cut; the patient has no points for them."""
+
+FROM_CUT = 1.0
+"""Voxels from a cut at which the other surfaces' points begin: what lies closer is its rim."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,7 @@ class Patient:
     images : mapping of str to LevelSet
         Signed distance for each named surface of the mesh.
     points : mapping of str to Isosurface
-        Points of the patient's surfaces below the base, for the named surfaces they belong to.
+        Points of the patient's surfaces away from the cuts, for the named surfaces they belong to.
     few : mapping of str to Isosurface
         About `FEW` of them, chosen by their places in the heart alone.
     voxel : float
@@ -64,10 +67,12 @@ def patient_of(anatomy: Anatomy) -> Patient:
     """
     points, few = {}, {}
     for name, level in anatomy.surfaces.items():
-        if name != "base":
+        if name not in CUTS:
             whole = isosurface(level)
-            height = anatomy.base.plane.height(whole.points)
-            part = whole.part(height < -BELOW_BASE * anatomy.voxel)
+            beyond = anatomy.base.plane.height(whole.points)
+            if "apex" in anatomy.surfaces:
+                beyond = np.maximum(beyond, anatomy.surfaces["apex"].sample(whole.points)[0])
+            part = whole.part(beyond < -FROM_CUT * anatomy.voxel)
             points[name] = replace(part, weights=_areas(part.normals, level.affine))
             few[name] = _thinned(points[name], anatomy)
     voxel = min(anatomy.voxel, anatomy.length / VOXELS_PER_LENGTH)

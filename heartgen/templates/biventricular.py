@@ -9,20 +9,24 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
+from numpy.typing import NDArray
 
 from heartgen.anatomy import Anatomy
 from heartgen.errors import AnatomyError
-from heartgen.mesh.biventricular import biventricular_topology
+from heartgen.mesh.biventricular import biventricular_topology, patch_corner
 from heartgen.mesh.freedom import Freedom
+from heartgen.mesh.hermite import sheet_of
 from heartgen.mesh.hexmesh import HexMesh, Topology
 from heartgen.mesh.quadrature import gauss_square
+from heartgen.options import Apex
 from heartgen.templates.chart import Chart, fit_chart
+from heartgen.templates.disc import FACE_GAUSS, Disc, fit_disc
 from heartgen.templates.ellipsoid import fit_ellipsoid
 from heartgen.templates.rays import RayGrid, cast_rays
 from heartgen.templates.spacing import best_spacing
 
-FACE_GAUSS = 5
-"""Points per face and direction at which the mesh is fitted to the chart: more than its 4."""
+FIRST_EVEN_ROW = 2
+"""First row of elements whose nodes lie in columns and rows where there is a square patch."""
 
 SHIFT = 1e-9
 """Share of the largest diagonal entry added to all: the pole's degrees of freedom are nearly
@@ -30,7 +34,11 @@ free."""
 
 
 def biventricular_template(
-    anatomy: Anatomy, elements: tuple[int, int, int], graded: bool = True
+    anatomy: Anatomy,
+    elements: tuple[int, int, int],
+    graded: bool = True,
+    apex: Apex = "collapsed",
+    hole: float = 0.0,
 ) -> HexMesh:
     """Template of both ventricles fitted to an anatomy, as a cubic Hermite mesh.
 
@@ -42,6 +50,9 @@ def biventricular_template(
         Elements (radial, circumferential, longitudinal).
     graded : bool
         Whether the depth across the left ventricle's wall is graded for quality; otherwise linear.
+    apex : {"collapsed", "hole", "patch"}
+    hole : float
+        Radius of the apical hole on the left endocardium, mm.
 
     Returns
     -------
@@ -56,15 +67,32 @@ def biventricular_template(
     if anatomy.rv is None:
         raise AnatomyError("the mask holds no right ventricle: fit a template of the left one")
     shape = fit_ellipsoid(anatomy)
-    grid = RayGrid(shape, best_spacing(shape, elements[0], elements[2], graded))
-    chart = fit_chart(grid, cast_rays(anatomy, grid), elements, anatomy.rv.wall_thickness)
+    radial, around, along = elements
+    grid = RayGrid(shape, best_spacing(shape, radial, along, graded, apex, hole))
+    first_row = max(sheet_of(apex, around, along).first_row, 1)
+    hits = cast_rays(anatomy, grid)
+    chart = fit_chart(grid, hits, elements, anatomy.rv.wall_thickness, first_row)
     topology = biventricular_topology(
-        elements, chart.opening, grid.spacing.grading, chart.pole_angles()
+        elements, chart.opening, grid.spacing.grading, chart.pole_angles(), apex
     )
-    return _fit_surfaces(topology, chart).transformed(anatomy.frame)
+    disc = _laid_out(chart) if apex == "patch" else None
+    return _fit_surfaces(topology, chart, disc).transformed(anatomy.frame)
 
 
-def _fit_surfaces(topology: Topology, chart: Chart) -> HexMesh:
+def _laid_out(chart: Chart) -> Disc:
+    """Faces of a square patch, laid out on a disc around which the columns are even."""
+    around, corner = chart.around, patch_corner(chart.opening, chart.around)
+    per_column = 2 * np.pi / around
+
+    def surface(angle: NDArray[np.float64], row: NDArray[np.float64]) -> NDArray[np.float64]:
+        endo, _, _, epi = chart.surfaces(angle / per_column % around, row)
+        return (endo + epi) / 2
+
+    sheet = sheet_of("patch", around, chart.along, corner=corner)
+    return fit_disc(sheet, corner, lambda column: per_column * column, surface)
+
+
+def _fit_surfaces(topology: Topology, chart: Chart, disc: Disc | None) -> HexMesh:
     """Least-squares fit of the surfaces' degrees of freedom to the chart."""
     freedom = Freedom(topology)
     uv, _ = gauss_square(FACE_GAUSS)
@@ -77,9 +105,15 @@ def _fit_surfaces(topology: Topology, chart: Chart) -> HexMesh:
     rows, values = [], []
     for which, faces in enumerate(parts):
         face, place = faces.repeat(len(uv), axis=0), np.tile(uv, (len(faces), 1))
-        _, column, row = topology.index[face[:, 0]].T
+        column, row = (topology.index[face[:, 0], 1:] + place).T
+        if disc is not None:
+            # The patch, and the ring that leads to it, are not laid out in columns and rows.
+            angle, radius = (x[faces[:, 0] % len(x)].ravel() for x in disc.polar(uv))
+            near = topology.index[face[:, 0], 2] < FIRST_EVEN_ROW
+            column = np.where(near, angle / (2 * np.pi) % 1 * chart.around, column)
+            row = np.where(near, radius, row)
         rows.append(freedom.on_faces(face, place)[0])
-        values.append(chart.surfaces(column + place[:, 0], row + place[:, 1])[which])
+        values.append(chart.surfaces(column, row)[which])
     basis = sp.csr_array(sp.vstack(rows))
     normal = sp.csc_array(basis.T @ basis)
     normal = sp.csc_array(normal + SHIFT * normal.diagonal().max() * sp.eye_array(freedom.n))

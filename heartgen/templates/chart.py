@@ -116,7 +116,13 @@ class Chart:
         return _angle(column, low, high, self.around, self.opening.columns)
 
 
-def fit_chart(grid: RayGrid, hits: Hits, elements: tuple[int, int, int], free_wall: float) -> Chart:
+def fit_chart(
+    grid: RayGrid,
+    hits: Hits,
+    elements: tuple[int, int, int],
+    free_wall: float,
+    first_row: int = 1,
+) -> Chart:
     """Fit the chart to what rays met.
 
     Parameters
@@ -127,6 +133,8 @@ def fit_chart(grid: RayGrid, hits: Hits, elements: tuple[int, int, int], free_wa
         Elements (radial, circumferential, longitudinal).
     free_wall : float
         Thickness of the right ventricle's free wall, mm.
+    first_row : int
+        Lowest row of nodes at which the right ventricle may begin.
 
     Returns
     -------
@@ -146,7 +154,7 @@ def fit_chart(grid: RayGrid, hits: Hits, elements: tuple[int, int, int], free_wa
             "ventricle's wall meets it; check that the mask holds both ventricles of one heart"
         )
     lowest = float(np.clip(hits.row[used][0], BOTTOM_ROWS, along - TOP_ROWS))
-    row = int(np.clip(round(lowest), 1, along - 1))
+    row = int(np.clip(round(lowest), min(first_row, along - 1), along - 1))
     height = _height(hits.row, lowest, along)
     insertion = _fit_insertion(height[used], _widening(height[used], edges[used]))
     low, high = _sides(insertion, np.full(1, height[used].mean()))

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.anatomy import Anatomy
-from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN, bernstein
 from heartgen.templates.ellipsoid import TruncatedEllipsoid
 from heartgen.templates.spacing import Spacing
 
@@ -44,17 +43,11 @@ class RayGrid:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Starts (n, 3), heart frame, mm, and unit directions (n, 3) at angles and rows (n,)."""
         start, end = (
-            self.shape.points(angle, self._polar(surface, row), surface) for surface in (0, 1)
+            self.shape.points(angle, self.spacing.polar(surface, row), surface)
+            for surface in (0, 1)
         )
         across = end - start
         return start, across / np.linalg.norm(across, axis=1, keepdims=True)
-
-    def _polar(self, surface: int, row: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Polar angle (n,) on one of the two surfaces at row coordinates (n,)."""
-        value, slope = self.spacing.value[surface], self.spacing.slope[surface]
-        cell = np.clip(np.floor(row).astype(int), 0, len(value) - 2)
-        hermite = np.stack([value[cell], slope[cell], value[cell + 1], slope[cell + 1]], -1)
-        return np.asarray(np.sum(bernstein(row - cell) * (hermite @ HERMITE_TO_BERNSTEIN.T), 1))
 
 
 @dataclass(frozen=True)

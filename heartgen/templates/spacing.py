@@ -5,6 +5,9 @@ Jacobian ratio near it, and it grows from endo- to epicardium. Rows and their sp
 element are free, on endo- and epicardium separately, and so is the grading of the depth across the
 wall; this module chooses them so that log det J varies least within the elements, and the radial
 lines stay square to the wall. By symmetry one meridian is enough.
+
+Row 0 of a cup with an apical hole begins at the hole's radius on the endocardium; a square patch of
+elements is the disc that ends where row 1 begins.
 """
 
 from __future__ import annotations
@@ -13,12 +16,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
+from scipy.optimize import brentq, least_squares
 
+from heartgen.errors import InputError
 from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN, bernstein, bernstein_derivative
 from heartgen.mesh.hermite import LINEAR, depth
 from heartgen.mesh.jacobian import QUALITY_GAUSS
 from heartgen.mesh.quadrature import gauss
+from heartgen.options import Apex
 from heartgen.templates.ellipsoid import TruncatedEllipsoid
 
 SQUARENESS = 0.5
@@ -26,6 +31,9 @@ SQUARENESS = 0.5
 
 EVENNESS = 0.05
 """Weight of the difference between neighbouring rows: keeps the problem determined."""
+
+WIDEST_HOLE = 0.4
+"""Polar angle of the widest hole over that of the base."""
 
 FOLDED = 1e-6
 """Relative det J that stands for a folded point, whose logarithm does not exist."""
@@ -47,8 +55,27 @@ class Spacing:
     slope: NDArray[np.float64]
     grading: tuple[float, float] = LINEAR
 
+    def polar(self, surface: int, row: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Polar angle (n,), rad, on one of the two surfaces at row coordinates (n,)."""
+        value, slope = self.value[surface], self.slope[surface]
+        cell = np.clip(np.floor(row).astype(int), 0, len(value) - 2)
+        hermite = np.stack([value[cell], slope[cell], value[cell + 1], slope[cell + 1]], -1)
+        return np.asarray(np.sum(bernstein(row - cell) * (hermite @ HERMITE_TO_BERNSTEIN.T), 1))
 
-def best_spacing(shape: TruncatedEllipsoid, radial: int, rows: int, graded: bool) -> Spacing:
+    def middle(self) -> Spacing:
+        """The mean of the two surfaces, as both of them."""
+        value, slope = (x.mean(0, keepdims=True).repeat(2, 0) for x in (self.value, self.slope))
+        return Spacing(value, slope, self.grading)
+
+
+def best_spacing(
+    shape: TruncatedEllipsoid,
+    radial: int,
+    rows: int,
+    graded: bool,
+    apex: Apex = "collapsed",
+    hole: float = 0.0,
+) -> Spacing:
     """Choose the rows of a template.
 
     Parameters
@@ -60,25 +87,41 @@ def best_spacing(shape: TruncatedEllipsoid, radial: int, rows: int, graded: bool
         Elements from apex to base.
     graded : bool
         Whether the depth across the wall may be graded; otherwise it is linear.
+    apex : {"collapsed", "hole", "patch"}
+    hole : float
+        Radius of the apical hole on the endocardium, mm.
 
     Returns
     -------
     Spacing
+        Over a square patch, that is up to row 1, the polar angle is proportional to the row.
+
+    Raises
+    ------
+    InputError
+        If the hole is too wide.
     """
     ends = np.array([shape.semi_axes(0)[2], shape.semi_axes(1)[2]])
     even = ends[:, None] * np.linspace(0, 1, rows + 1)
-    step = np.repeat(ends[:, None] / rows, rows + 1, axis=1)
+    if apex == "hole":
+        even += _hole_angle(shape, hole) * np.linspace(1, 0, rows + 1)
+    step = np.repeat((ends - even[:, 0])[:, None] / rows, rows + 1, axis=1)
 
     def spacing(p: NDArray[np.float64]) -> Spacing:
-        free = p[2:].reshape(2, 2 * rows)
+        free = p[2 : 2 + 4 * rows].reshape(2, 2 * rows)
         value = even.copy()
         value[:, 1:-1] += step[:, 1:-1] * free[:, : rows - 1]
+        slope = step * (1 + free[:, rows - 1 :])
+        if apex == "hole":
+            value[1, 0] += step[1, 0] * p[-1]
+        if apex == "patch":
+            slope[:, :2] = value[:, 1:2]
         grading = (1 + float(p[0]), 1 + float(p[1])) if graded else LINEAR
-        return Spacing(value, step * (1 + free[:, rows - 1 :]), grading)
+        return Spacing(value, slope, grading)
 
     def misfit(p: NDArray[np.float64]) -> NDArray[np.float64]:
         candidate = spacing(p)
-        spread, slant = _meridian(shape, candidate, radial)
+        spread, slant = _meridian(shape, candidate, radial, apex)
         width = np.diff(candidate.value, axis=1) / step[:, 1:]
         return np.concatenate(
             [
@@ -88,14 +131,34 @@ def best_spacing(shape: TruncatedEllipsoid, radial: int, rows: int, graded: bool
             ]
         )
 
-    fit = least_squares(misfit, np.zeros(2 + 4 * rows), xtol=1e-4, ftol=1e-4)
-    return spacing(fit.x)
+    start = np.zeros(2 + 4 * rows + (apex == "hole"))
+    return spacing(least_squares(misfit, start, xtol=1e-4, ftol=1e-4).x)
+
+
+def _hole_angle(shape: TruncatedEllipsoid, radius: float) -> float:
+    """Polar angle at which the endocardium has a mean radius."""
+    section, _, end = shape.semi_axes(0)
+    mean = float(np.sqrt(np.linalg.det(section)))
+
+    def excess(polar: float) -> float:
+        return mean * float(shape.profile(np.array([polar]), 0)[0][0]) - radius
+
+    widest = WIDEST_HOLE * end
+    if excess(widest) < 0:
+        raise InputError(
+            f"an apical hole of {radius:.3g} mm radius is too wide for this ventricle: choose at "
+            f"most {excess(widest) + radius:.2g} mm"
+        )
+    return float(brentq(excess, 0, widest))
 
 
 def _meridian(
-    shape: TruncatedEllipsoid, spacing: Spacing, radial: int
+    shape: TruncatedEllipsoid, spacing: Spacing, radial: int, apex: Apex
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Spread of log det J in each element, and cosines of the angle to the radial line."""
+    """Spread of log det J in each element, and cosines of the angle to the radial line.
+
+    That of a square patch is that of the disc, whose det J has the distance from the pole less.
+    """
     t, w = gauss(QUALITY_GAUSS)
     value, slope = spacing.value, spacing.slope
     hermite = np.stack([value[:, :-1], slope[:, :-1], value[:, 1:], slope[:, 1:]], -1)
@@ -118,6 +181,8 @@ def _meridian(
     cross = across[None, :, None]
     det = stretch * here[..., 0] * (cross[..., 0] * along[..., 1] - cross[..., 1] * along[..., 0])
     log_det = np.log(np.maximum(det, FOLDED * np.abs(det).max()))
+    if apex == "patch":
+        log_det[:, 0] -= np.log(t)
     weights = np.einsum("i,j->ij", w, w)
     mean = np.einsum("ersi,si->er", log_det, weights)[..., None, None]
     spread = ((log_det - mean) * np.sqrt(weights)).ravel()

@@ -16,6 +16,7 @@ SURFACE_NAMES = {
     "rv_apex": "RV apex",
     "epi": "epicardium",
     "base": "base",
+    "apex": "apical hole",
 }
 """What the named surfaces of a mesh are called in print."""
 

@@ -31,7 +31,13 @@ Colour = Literal["error", "quality", "region"]
 ERROR_LIMIT = 1.0
 """Distance at the end of the colour scale, mm (paper, figure 5)."""
 
-REGION_COLOURS = {"lv_endo": "#d55e00", "rv_endo": "#e69f00", "epi": "#56b4e9", "base": "#009e73"}
+REGION_COLOURS = {
+    "lv_endo": "#d55e00",
+    "rv_endo": "#e69f00",
+    "epi": "#56b4e9",
+    "base": "#009e73",
+    "apex": "#cc79a7",
+}
 """Of the surfaces (palette of Okabe and Ito, 2008: safe for the colour-blind)."""
 
 MESH, MASK, DARK, LIGHT = "#d8dce2", "#e4572e", "#26303b", "#eef1f4"
