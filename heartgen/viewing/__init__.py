@@ -11,13 +11,22 @@ from typing import TYPE_CHECKING, Any
 from heartgen.errors import HeartgenError
 
 if TYPE_CHECKING:
+    from heartgen.viewing.fields import plot_fibres, plot_field
     from heartgen.viewing.page import view_html
     from heartgen.viewing.scene import plot
     from heartgen.viewing.slices import draw_slices
 
-__all__ = ["draw_slices", "plot", "view_html"]
+__all__ = [
+    "draw_slices",
+    "plot",
+    "plot_fibres",
+    "plot_field",
+    "view_html",
+]
 
 _HOMES = {
+    "plot_fibres": "heartgen.viewing.fields",
+    "plot_field": "heartgen.viewing.fields",
     "draw_slices": "heartgen.viewing.slices",
     "plot": "heartgen.viewing.scene",
     "view_html": "heartgen.viewing.page",

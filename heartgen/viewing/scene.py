@@ -12,6 +12,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from heartgen.errors import HeartgenError, InputError
+from heartgen.mesh import HexMesh
 from heartgen.viewing.card import SURFACE_NAMES
 from heartgen.viewing.surfaces import (
     MAX_TRIANGLES,
@@ -68,6 +69,14 @@ LEGEND: Any = {"bcolor": None, "loc": "lower left", "size": (0.28, 0.12)}
 
 AMBIENT, SPECULAR, SPECULAR_POWER = 0.35, 0.15, 15.0
 """Light of the surfaces: bright enough in browsers, a soft highlight to show the shape."""
+
+SURFACE_LOOK: Any = {
+    "smooth_shading": True,
+    "ambient": AMBIENT,
+    "specular": SPECULAR,
+    "specular_power": SPECULAR_POWER,
+}
+"""Of the surface of a mesh, for PyVista."""
 
 ELEVATION = 30.0
 """Degrees above the plane across the long axis from which one looks, to see into the cavity."""
@@ -156,7 +165,7 @@ def plot(
             off_screen=off_screen or screenshot is not None, window_size=list(window_size)
         )
     if screenshot is not None or not (off_screen or plotter.notebook):
-        _require_graphics(plotter)
+        require_graphics(plotter)
     plotter.set_background("white")
     _add_mesh(plotter, result, color, error_limit)
     if edges:
@@ -181,7 +190,7 @@ def can_render(plotter: Any) -> bool:
     return not last_resort or find_library("OSMesa") is not None
 
 
-def _require_graphics(plotter: Any) -> None:
+def require_graphics(plotter: Any) -> None:
     """Refuse to draw where VTK would crash: it falls back on OSMesa even where there is none."""
     if not can_render(plotter):
         raise HeartgenError(
@@ -195,13 +204,7 @@ def _add_mesh(
 ) -> None:
     """The surface of the mesh in its colours, with their key."""
     surface = mesh_surface(result.mesh)
-    look: Any = {
-        "smooth_shading": True,
-        "ambient": AMBIENT,
-        "specular": SPECULAR,
-        "specular_power": SPECULAR_POWER,
-        "name": "mesh",
-    }
+    look: Any = {**SURFACE_LOOK, "name": "mesh"}
     if color is None:
         plotter.add_mesh(surface, color=MESH, **look)
     elif color == "region":
@@ -263,11 +266,25 @@ def camera_around(points: Array) -> tuple[Array, Array]:
 
 def _place_camera(plotter: pv.Plotter, result: Personalization) -> None:
     """Look at the mesh from the side and a little from above, the base up."""
-    points = result.anatomy.to_heart(result.mesh.lagrange_points().reshape(-1, 3))
+    look_at(plotter, result.mesh, result.anatomy.frame)
+
+
+def look_at(plotter: Any, mesh: HexMesh, frame: Array) -> None:
+    """Place the camera of a plotter so that a mesh stands upright.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+    mesh : HexMesh
+    frame : (4, 4) float64
+        Heart to world: z from apex to base, x to the right ventricle or along the wider axis. mm.
+    """
+    rotation, origin = frame[:3, :3], frame[:3, 3]
+    points = (mesh.lagrange_points().reshape(-1, 3) - origin) @ rotation
     eye, centre = camera_around(points)
-    place = result.anatomy.to_world(np.stack([centre, eye]))
+    place = np.stack([centre, eye]) @ rotation.T + origin
     plotter.camera.focal_point = place[0]
     plotter.camera.position = place[1]
-    plotter.camera.up = result.anatomy.frame[:3, 2]
+    plotter.camera.up = rotation[:, 2]
     plotter.camera.view_angle = VIEW_ANGLE
     plotter.reset_camera_clipping_range()

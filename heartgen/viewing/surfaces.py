@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from heartgen.images.isosurface import isosurface
 from heartgen.images.levelset import LevelSet
-from heartgen.mesh import HexMesh
+from heartgen.mesh import HexMesh, MeshField, Topology
 from heartgen.mesh.closest import closest_points
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.surfaces import evaluate_faces, tessellate
@@ -48,10 +48,23 @@ def mesh_surface(mesh: HexMesh, n: int = SUBDIVISION) -> pv.PolyData:
     _, area = evaluate_faces(mesh, faces, np.stack([u.ravel(), v.ravel()], -1))
     normals = area / np.linalg.norm(area, axis=-1, keepdims=True)
     sizes = [len(part) for part in mesh.topology.surfaces.values()]
-    surface = _poly_data(points, quads, normals.reshape(-1, 3))
+    surface = poly_data(points, quads, normals.reshape(-1, 3))
     surface.cell_data["quality"] = np.repeat(jacobian_ratio(mesh)[faces[:, 0]], n * n)
     surface.cell_data["region"] = np.repeat(np.repeat(np.arange(len(sizes)), sizes), n * n)
     return surface
+
+
+def on_surface(field: MeshField, topology: Topology, n: int = SUBDIVISION) -> NDArray[np.float64]:
+    """Values of a field at the points of `mesh_surface`, (points, k) float64."""
+    t = np.linspace(0, 1, n + 1)
+    v, u = (grid.ravel() for grid in np.meshgrid(t, t, indexing="ij"))
+    faces = topology.external
+    out = np.empty((len(faces), len(u), field.components))
+    for face in np.unique(faces[:, 1]):
+        xi = np.insert(np.stack([u, v], -1), face // 2, face % 2, axis=1)
+        on = faces[:, 1] == face
+        out[on] = field.evaluate(xi)[faces[on, 0]]
+    return out.reshape(-1, field.components)
 
 
 def mesh_edges(mesh: HexMesh, n: int = SUBDIVISION) -> pv.PolyData:
@@ -85,7 +98,7 @@ def mask_surface(myocardium: LevelSet, limit: int | None = None) -> pv.PolyData:
         Triangles, mm, world (LPS), with normals.
     """
     target = isosurface(myocardium)
-    surface = _poly_data(target.points, target.triangles, target.normals)
+    surface = poly_data(target.points, target.triangles, target.normals)
     if limit is None or surface.n_cells <= limit:
         return surface
     thin = surface.decimate_pro(1 - limit / surface.n_cells)  # keeps some vertices, moves none
@@ -94,7 +107,7 @@ def mask_surface(myocardium: LevelSet, limit: int | None = None) -> pv.PolyData:
     _, slope = myocardium.sample(points)
     length = np.linalg.norm(slope, axis=1, keepdims=True)
     normals = slope / np.maximum(length, np.finfo(float).tiny)
-    return _poly_data(points, corners.reshape(-1, 3), normals)
+    return poly_data(points, corners.reshape(-1, 3), normals)
 
 
 def to_mask(points: NDArray[np.float64], myocardium: LevelSet) -> NDArray[np.float64]:
@@ -108,7 +121,7 @@ def to_mesh(points: NDArray[np.float64], mesh: HexMesh) -> NDArray[np.float64]:
     return closest_points(mesh, mesh.topology.external, np.asarray(points, dtype=float)).distance
 
 
-def _poly_data(
+def poly_data(
     points: NDArray[np.float64], faces: NDArray[np.intp], normals: NDArray[np.float64]
 ) -> pv.PolyData:
     """Poly data of polygons with an equal number of corners; single precision, for display."""
