@@ -11,7 +11,6 @@ from __future__ import annotations
 import io
 import json
 import os
-import shutil
 import signal
 import socket
 import subprocess
@@ -22,22 +21,15 @@ import urllib.request
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import nibabel
 import numpy as np
 from PIL import Image
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page
 
+from benchmarks.chromium import launched
 from heartgen import samples
 
-FLAGS = [
-    "--no-sandbox",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--ignore-gpu-blocklist",
-    "--host-resolver-rules=MAP * 127.0.0.99:9, EXCLUDE 127.0.0.1",
-]
 VISITORS = 5
 UPLOAD_MEGABYTES = 100
 PATIENCE = 600_000
@@ -49,7 +41,7 @@ RUN = ".hg-primary:enabled"
 def main() -> None:
     """Print the table."""
     rows: list[tuple[str, str]] = []
-    with served() as (address, server), browser() as chromium:
+    with served() as (address, server), launched() as chromium:
         first(chromium, address, rows)
         both(chromium, address, server, rows)
         upload(chromium, address, rows)
@@ -223,16 +215,6 @@ def served() -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
     finally:
         server.send_signal(signal.SIGTERM)
         server.wait(30)
-
-
-@contextmanager
-def browser() -> Iterator[Any]:
-    """Chromium."""
-    path = shutil.which("chromium") or shutil.which("google-chrome")
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=path, args=FLAGS)
-        yield chromium
-        chromium.close()
 
 
 if __name__ == "__main__":

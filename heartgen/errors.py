@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class HeartgenError(Exception):
     """Base of all errors that are meant for the user."""
@@ -25,3 +28,23 @@ class MeshError(HeartgenError):
 
 class Cancelled(HeartgenError):
     """The user asked for a running fit to stop."""
+
+
+@contextmanager
+def needing(whose: str, extra: str) -> Iterator[None]:
+    """Say which package is missing for what is imported inside, and how to get it.
+
+    Parameters
+    ----------
+    whose : str
+        Subject and verb: ``"the dashboard needs"``.
+    extra : str
+        Of heartgen's, that brings the package.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise HeartgenError(
+            f"{whose} the package {error.name}, which is not installed: "
+            f"pip install 'heartgen[{extra}]'"
+        ) from error

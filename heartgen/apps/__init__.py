@@ -9,25 +9,26 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from heartgen.errors import HeartgenError
+from heartgen.errors import needing
 
 if TYPE_CHECKING:
+    from heartgen.apps.lessons import compare, look
     from heartgen.apps.page import dashboard
     from heartgen.apps.session import Session
 
-__all__ = ["Session", "dashboard"]
+__all__ = ["Session", "compare", "dashboard", "look"]
 
-_HOMES = {"Session": "heartgen.apps.session", "dashboard": "heartgen.apps.page"}
+_HOMES = {
+    "Session": "heartgen.apps.session",
+    "compare": "heartgen.apps.lessons",
+    "dashboard": "heartgen.apps.page",
+    "look": "heartgen.apps.lessons",
+}
 
 
 def __getattr__(name: str) -> Any:
     """Load a public name, or say which packages are missing for it."""
     if name not in _HOMES:
         raise AttributeError(f"module 'heartgen.apps' has no attribute {name!r}")
-    try:
+    with needing("the dashboard needs", "apps"):
         return getattr(import_module(_HOMES[name]), name)
-    except ModuleNotFoundError as error:
-        raise HeartgenError(
-            f"the dashboard needs the package {error.name}, which is not installed: "
-            "pip install 'heartgen[apps]'"
-        ) from error

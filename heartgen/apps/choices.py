@@ -30,7 +30,8 @@ TOPOLOGIES = (
 )
 
 BASES = (
-    Kind("hermite", "Cubic Hermite", "Smooth across elements: positions and derivatives at nodes."),
+    Kind("hermite", "Cubic Hermite", "smooth across elements; positions and derivatives at nodes."),
+    Kind("lagrange", "Cubic Lagrange", "positions on a lattice in each element; the same shape."),
 )
 
 VENTRICLES = {
@@ -102,6 +103,7 @@ class Choices(HasTraits):
             truncate=cast("Any", truncate),
             enhance=bool(self.enhance),
             apex=cast("Any", self.topology),
+            basis=cast("Any", self.basis),
         )
 
 

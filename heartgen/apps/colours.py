@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import matplotlib
 import numpy as np
 from matplotlib.colors import to_hex, to_rgb
 from numpy.typing import NDArray
 
-from heartgen.mesh import HexMesh
+from heartgen.fields import make_fields
+from heartgen.fields.catalogue import AHA
+from heartgen.fields.segments import NO_SEGMENT
+from heartgen.mesh import HexMesh, MeshField
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.viewing.card import SURFACE_NAMES
+from heartgen.viewing.fields import LOOKS, segment_colour
 from heartgen.viewing.scene import MESH, REGION_COLOURS, Scale, colour_scale
-from heartgen.viewing.surfaces import to_mask
+from heartgen.viewing.surfaces import on_surface, to_mask
 
 if TYPE_CHECKING:
     from heartgen.pipeline import Personalization
@@ -32,6 +36,10 @@ NICE_LIMITS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
 
 ROOM = 2.0
 """End of the error's scale over the 95th percentile of the result's, at least."""
+
+
+FIELD_RANGE = (1.0, 99.0)
+"""Percentiles of a field at the ends of its colour scale, where it has no ends of its own."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +73,15 @@ class Patch:
         """Jacobian ratio of every element, (e,)."""
         return np.asarray(jacobian_ratio(self.mesh))
 
+    def field(self, group: str, name: str) -> MeshField:
+        """A field of the mesh, one of `heartgen.fields.FIELDS` by its group and name."""
+        made = make_fields(self.mesh, [group], septum=self.result.options.septum)
+        return next(field for field in made if field.name == name)
+
+    def of_field(self, field: MeshField) -> Array:
+        """Values of a field with one component at the points, (n,)."""
+        return on_surface(field, self.mesh.topology).ravel()
+
     @cached_property
     def region(self) -> NDArray[np.intp]:
         """Place of the surface of every external face in the topology's, (f,)."""
@@ -81,21 +98,28 @@ class Painted:
     rgb : (n, 3) uint8
         Of the points.
     inside : callable
-        Colours (m, 3) of elements (m,) where the wall is cut open.
+        Colours (m, 3) of the wall where it is cut open: of elements (m,) or, with a `field`,
+        of its values (m,).
     title : str
+    field : MeshField or None
+        That colours the wall where it is cut open, if colours vary within the elements.
     scale : Scale or None
         Of a quantity.
     stops : tuple of str
         Colours of the scale from its low to its high end.
+    more : bool
+        Values beyond the end of the scale have its last colour.
     names : tuple of (str, str)
         Colour and name of each class, where there are classes.
     """
 
     rgb: Colours
-    inside: Callable[[NDArray[np.intp]], Colours]
+    inside: Callable[[NDArray[Any]], Colours]
     title: str
+    field: MeshField | None = None
     scale: Scale | None = None
     stops: tuple[str, ...] = ()
+    more: bool = False
     names: tuple[tuple[str, str], ...] = ()
 
 
@@ -123,7 +147,7 @@ def nice_limit(p95: float) -> float:
 def _by_error(patch: Patch, limit: float | None) -> Painted:
     limit = limit or nice_limit(patch.result.report.accuracy.p95)
     scale = colour_scale("error", limit)
-    return _scaled(patch.error, _plain, scale)
+    return replace(_scaled(patch.error, _plain, scale), more=True)
 
 
 def _by_quality(patch: Patch, limit: float | None) -> Painted:
@@ -147,18 +171,52 @@ def _by_region(patch: Patch, limit: float | None) -> Painted:
     )
 
 
+def _by_segment(patch: Patch, _: float | None) -> Painted:
+    segment = patch.field("aha", AHA).values[:, 0].astype(int)
+    there = {number: segment_colour(int(number)) for number in np.unique(segment)}
+    colours = np.zeros((max(there) + 1, 3), dtype=np.uint8)
+    for number, colour in there.items():
+        colours[number] = _rgb(colour)
+    return Painted(
+        rgb=colours[patch.of_faces(segment[patch.mesh.topology.external[:, 0]])],
+        inside=lambda elements: colours[segment[elements]],
+        title="AHA segment",
+        names=tuple((c, "none" if n == NO_SEGMENT else str(n)) for n, c in there.items()),
+    )
+
+
+def _by_field(key: str) -> Callable[[Patch, float | None], Painted]:
+    """Colour by one of the fields that `heartgen.viewing.plot_field` knows."""
+
+    def paint(patch: Patch, _: float | None) -> Painted:
+        look = LOOKS[key]
+        field = patch.field(look.of, look.field)
+        low, high = look.limits or np.round(np.percentile(field.values, FIELD_RANGE))
+        scale = Scale(look.title, cast("Any", look.colours), (float(low), float(high)))
+        values = patch.of_field(field)
+        return replace(_scaled(values, lambda v: _mapped(v, scale), scale), field=field)
+
+    return paint
+
+
 COLOURINGS = {
     "error": Colouring("Error", "Distance from the mesh to the mask, mm", _by_error),
     "quality": Colouring("Quality Q", "Jacobian ratio of each element, 1 is best", _by_quality),
     "region": Colouring("Surface", "Endocardium, epicardium, base", _by_region),
+    "segment": Colouring("AHA segment", "The 17 segments of the left ventricle", _by_segment),
+    "transmural": Colouring(
+        "Transmural", "Depth in the wall: cut it open", _by_field("transmural")
+    ),
+    "longitudinal": Colouring("Longitudinal", "From apex to base", _by_field("longitudinal")),
+    "thickness": Colouring("Wall thickness", "Across the wall, mm", _by_field("thickness")),
 }
 
 
-def _scaled(values: Array, inside: Callable[[NDArray[np.intp]], Colours], scale: Scale) -> Painted:
+def _scaled(values: Array, inside: Callable[[NDArray[Any]], Colours], scale: Scale) -> Painted:
     """Colours of values on a scale."""
     colours = matplotlib.colormaps[scale.colours]
     stops = tuple(to_hex(colours(i / (STOPS - 1))) for i in range(STOPS))
-    return Painted(_mapped(values, scale), inside, scale.title, scale, stops)
+    return Painted(_mapped(values, scale), inside, scale.title, scale=scale, stops=stops)
 
 
 def _mapped(values: Array, scale: Scale) -> Colours:

@@ -6,7 +6,6 @@ import asyncio
 import atexit
 from contextlib import suppress
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import ipywidgets as widgets
@@ -20,12 +19,10 @@ from heartgen.apps.panels.running import RunPanel
 from heartgen.apps.panels.slices import SlicesPanel
 from heartgen.apps.panels.source import SourcePanel
 from heartgen.apps.panels.take import TakePanel
-from heartgen.apps.parts import SETTLING, button, classed, text
-from heartgen.apps.runs import Post
-from heartgen.apps.session import Session
+from heartgen.apps.parts import SETTLING, button, classed, style, text
+from heartgen.apps.session import Session, post_on_loop
+from heartgen.apps.transfer import Pulse
 from heartgen.errors import InputError
-
-STYLE = Path(__file__).parent / "web" / "style.css"
 
 FIRST = "lifelike"
 """Sample that is loaded when the page opens."""
@@ -70,7 +67,7 @@ class Page:
     """All panels, and which of them is in the middle."""
 
     def __init__(self, first: str | None = None) -> None:
-        self.session = Session(_post())
+        self.session = Session(post_on_loop())
         atexit.register(self.session.close)
         session = self.session
         self.source = SourcePanel(session, first)
@@ -99,7 +96,7 @@ class Page:
         self.widget = classed(
             widgets.VBox(
                 [
-                    text(f"<style>{STYLE.read_text(encoding='utf-8')}</style>", "hg-style"),
+                    style(),
                     text(HEADER, "hg-header"),
                     classed(
                         widgets.HBox(
@@ -110,6 +107,7 @@ class Page:
                         ),
                         "hg-body",
                     ),
+                    Pulse(),
                     text(FOOTER, "hg-footer"),
                 ]
             ),
@@ -121,7 +119,6 @@ class Page:
         session.observe(self._complain, ["complaint", "case"])
         self._looked = False
         self.turn_to("input")
-        self._task: asyncio.Task[None] | None = None
 
     def turn_to(self, key: str) -> None:
         """Put a panel into the middle."""
@@ -167,27 +164,4 @@ class Page:
 
     def _start_view(self, _: Any) -> None:
         """Start the 3-D view once there is something to see; its libraries take long to load."""
-        if self._task is not None:
-            return
-        look = self.panels["look"]
-        try:
-            loop = asyncio.get_running_loop()
-        except RuntimeError:
-            return
-        self._task = loop.create_task(look.start())
-        self._task.add_done_callback(self._view_started)
-
-    def _view_started(self, task: asyncio.Task[None]) -> None:
-        """Say so if the view could not be started."""
-        if not task.cancelled() and (error := task.exception()) is not None:
-            look = self.panels["look"]
-            sentence = f"The 3-D view could not be started ({type(error).__name__}: {error})."
-            look.place.children = (text(sentence, "hg-notice"),)
-
-
-def _post() -> Post | None:
-    """Where the state may be changed: on the kernel's loop, if there is one."""
-    try:
-        return asyncio.get_running_loop().call_soon_threadsafe
-    except RuntimeError:
-        return None
+        self.panels["look"].open()

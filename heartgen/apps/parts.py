@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import html
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import ipywidgets as widgets
 
 from heartgen.apps.session import Session
 from heartgen.apps.steps import STEPS, StepState
+
+STYLE = Path(__file__).parent / "web" / "style.css"
 
 MARKS = {"blocked": "–", "ready": "", "running": "", "done": "✓", "failed": "!"}
 """What the badge of a step shows instead of its number."""
@@ -50,6 +53,11 @@ def head(session: Session, key: str) -> widgets.HTML:
 def text(value: str = "", classes: str = "") -> widgets.HTML:
     """A piece of HTML."""
     return classed(widgets.HTML(value), classes)
+
+
+def style() -> widgets.HTML:
+    """What gives the page its look; once on every page."""
+    return text(f"<style>{STYLE.read_text(encoding='utf-8')}</style>", "hg-style")
 
 
 def classed(widget: Any, classes: str) -> Any:

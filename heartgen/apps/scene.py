@@ -6,7 +6,6 @@ heart and stays where the user left it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, TypeVar
@@ -16,8 +15,11 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from heartgen.apps.colours import COLOURINGS, Painted, Patch
+from heartgen.fields.catalogue import FIBRE
 from heartgen.mesh import HexMesh
+from heartgen.mesh.surfaces import evaluate_faces, field_on_faces
 from heartgen.viewing.scene import DARK, EDGE_RADIUS, LIGHT, MASK, MASK_OPACITY, TUBE_SIDES
+from heartgen.viewing.stages import STAGES, registered, stages_of
 from heartgen.viewing.surfaces import (
     MAX_TRIANGLES,
     SUBDIVISION,
@@ -29,10 +31,12 @@ from heartgen.viewing.surfaces import (
 if TYPE_CHECKING:
     from heartgen.anatomy import Anatomy
     from heartgen.apps.runs import Outcome
-    from heartgen.pipeline import Personalization
 
 Array = NDArray[np.float64]
 Data = TypeVar("Data", bound=pv.DataSet)
+
+PIECES = (SUBDIVISION, SUBDIVISION, 2)
+"""Flat pieces of an element, where it is cut open, along xi1, xi2 and xi3."""
 
 FADE = 1.0
 """Distance between mask and mesh from which the mask is shown in full, mm."""
@@ -48,55 +52,18 @@ CACHED = 16
 
 MASK_VIEWS = {"misfit": "Where it differs", "whole": "All of it", "off": "Hidden"}
 
+LINES = {"edges": "Element edges", "fibres": "Fibres", "off": "None"}
+
+FIBRES = 5
+"""Pieces of fibres along each side of a face."""
+
+FIBRE_LENGTH = 0.85
+"""Of a piece, over the distance between two."""
+
 CUTS = {"off": "No cut", "x": "Long axis, 1", "y": "Long axis, 2", "z": "Short axis"}
 
 CUT_NORMALS = {"x": (1, 0, 0), "y": (0, -1, 0), "z": (0, 0, 1)}
 """Of the cuts: towards where the camera stands at first; what lies behind is kept."""
-
-
-@dataclass(frozen=True)
-class Stage:
-    """A state of the mesh on its way through the pipeline.
-
-    Attributes
-    ----------
-    key, title, explanation : str
-    mesh : callable
-        The mesh of a result at that stage.
-    registered : bool
-        Show the template's points moved by the deformation, not a mesh of their own.
-    """
-
-    key: str
-    title: str
-    explanation: str
-    mesh: Callable[[Personalization], HexMesh]
-    registered: bool = False
-
-
-STAGES = (
-    Stage("template", "Template", "An ellipsoid tailored to the heart", lambda r: r.template),
-    Stage(
-        "registered",
-        "Registered",
-        "The template's points, moved by the deformation",
-        lambda r: r.template,
-        registered=True,
-    ),
-    Stage("warped", "Warped", "The cubic mesh that follows the deformation", lambda r: r.warped),
-    Stage("enhanced", "Enhanced", "Straight across the wall", lambda r: r.enhanced),
-    Stage("refined", "Refined", "The result", lambda r: r.mesh),
-)
-
-
-def stages_of(result: Personalization) -> tuple[Stage, ...]:
-    """Stages that a result went through."""
-    skipped = set()
-    if not result.options.refine:
-        skipped.add("refined")
-    if not result.options.enhance:
-        skipped.add("enhanced")
-    return tuple(stage for stage in STAGES if stage.key not in skipped)
 
 
 @dataclass(frozen=True)
@@ -107,7 +74,8 @@ class View:
     ----------
     stage, colour, mask : str
         Keys of `STAGES`, `COLOURINGS`, `MASK_VIEWS`.
-    edges : bool
+    lines : str
+        Key of `LINES`.
     cut : str
         Key of `CUTS`.
     position : float
@@ -119,7 +87,7 @@ class View:
     stage: str = "refined"
     colour: str = "error"
     mask: str = "misfit"
-    edges: bool = True
+    lines: str = "edges"
     cut: str = "off"
     position: float = 0.5
     limit: float | None = None
@@ -168,16 +136,14 @@ def mesh_scene(outcome: Outcome, view: View) -> Scene:
     painted = COLOURINGS[view.colour].paint(drawn.patch, view.limit)
     mesh = drawn.surface.copy(deep=False)
     mesh.point_data["rgba"] = _opaque(painted.rgb)
-    edges = (
-        _edges(drawn, LIGHT if view.colour == "error" else DARK) if view.edges else pv.PolyData()
-    )
+    lines = _lines(drawn, view.lines, LIGHT if view.colour == "error" else DARK)
     mask = _mask(drawn, view.mask)
     if view.cut != "off":
         plane = _plane(drawn, np.array(CUT_NORMALS[view.cut], dtype=float), view.position)
         mesh = _cut(mesh, plane)
         mesh = mesh.append_polydata(_cap(drawn, plane, painted))
-        edges, mask = _cut(edges, plane), _cut(mask, plane)
-    return Scene(mesh, edges, mask, painted)
+        lines, mask = _cut(lines, plane), _cut(mask, plane)
+    return Scene(mesh, lines, mask, painted)
 
 
 @dataclass(frozen=True)
@@ -200,11 +166,9 @@ def _drawn(outcome: Outcome, key: str) -> _Drawn:
     mesh = stage.mesh(result)
     surface, lines, grid = mesh_surface(mesh), mesh_edges(mesh), _grid(mesh)
     if stage.registered:
-        move = result.deformations[-1]
-        normals = mesh_surface(result.warped).point_data["Normals"]
         for data in (surface, lines, grid):
-            data.points = move(np.asarray(data.points, dtype=float)).astype(np.float32)
-        surface.point_data["Normals"] = normals
+            data.points = registered(np.asarray(data.points), result).astype(np.float32)
+        surface.point_data["Normals"] = mesh_surface(result.warped).point_data["Normals"]
         surface.point_data.active_normals_name = "Normals"
     mask = mask_surface(anatomy.myocardium, MAX_TRIANGLES)
     triangles = surface.triangulate()
@@ -231,11 +195,32 @@ def _placed(data: Data, anatomy: Anatomy) -> Data:
     return data
 
 
-def _edges(drawn: _Drawn, colour: str) -> pv.PolyData:
-    """The edges of the elements in one colour."""
-    edges = drawn.edges.copy(deep=False)
-    edges.point_data["rgba"] = _rgba(colour, np.ones(edges.n_points))
-    return edges
+def _lines(drawn: _Drawn, kind: str, colour: str) -> pv.PolyData:
+    """The edges of the elements, or fibres, in one colour."""
+    if kind == "off":
+        return pv.PolyData()
+    lines = drawn.edges.copy(deep=False) if kind == "edges" else _fibres(drawn)
+    lines.point_data["rgba"] = _rgba(colour, np.ones(lines.n_points))
+    return lines
+
+
+def _fibres(drawn: _Drawn) -> pv.PolyData:
+    """Short pieces of fibres on the endo- and epicardium, heart frame."""
+    mesh, anatomy = drawn.patch.mesh, drawn.patch.result.anatomy
+    surfaces = mesh.topology.surfaces
+    faces = np.concatenate([part for name, part in surfaces.items() if name != "base"])
+    t = (np.arange(FIBRES) + 0.5) / FIBRES
+    uv = np.stack(np.meshgrid(t, t), -1).reshape(-1, 2)
+    points, area = evaluate_faces(mesh, faces, uv)
+    along = field_on_faces(drawn.patch.field("fibres", FIBRE), faces, uv)
+    along /= np.linalg.norm(along, axis=-1, keepdims=True)
+    half = FIBRE_LENGTH / 2 * np.sqrt(np.linalg.norm(area, axis=-1, keepdims=True)) / FIBRES
+    ends = np.stack([points - half * along, points + half * along], axis=-2).reshape(-1, 3)
+    rows = np.insert(np.arange(len(ends)).reshape(-1, 2), 0, 2, axis=1)
+    lines = pv.PolyData(ends.astype(np.float32), lines=rows.ravel())
+    radius = EDGE_RADIUS * float(np.ptp(ends, axis=0).max())
+    tubes: pv.PolyData = lines.tube(radius=radius, n_sides=TUBE_SIDES)
+    return _placed(tubes, anatomy)
 
 
 def _mask(drawn: _Drawn, view: str) -> pv.PolyData:
@@ -252,9 +237,7 @@ def _mask(drawn: _Drawn, view: str) -> pv.PolyData:
 
 def _grid(mesh: HexMesh) -> pv.UnstructuredGrid:
     """The inside of the mesh in flat pieces, with ``element`` and the depth ``xi3`` of each."""
-    n = (SUBDIVISION, SUBDIVISION, 2)
-    t = [np.linspace(0, 1, k + 1) for k in n]
-    xi = np.stack(np.meshgrid(*t, indexing="ij"), -1).reshape(-1, 3)
+    n, xi = PIECES, _inside()
     points = mesh.evaluate(xi)
     place = np.arange(len(xi)).reshape([k + 1 for k in n])
     corners = [
@@ -277,6 +260,12 @@ def _grid(mesh: HexMesh) -> pv.UnstructuredGrid:
     return grid
 
 
+def _inside() -> Array:
+    """Local coordinates (q, 3) of the corners of the pieces of an element."""
+    t = [np.linspace(0, 1, k + 1) for k in PIECES]
+    return np.stack(np.meshgrid(*t, indexing="ij"), -1).reshape(-1, 3)
+
+
 def _plane(drawn: _Drawn, normal: Array, position: float) -> tuple[Array, Array]:
     """Origin and normal of a cut through the heart."""
     axis = int(np.argmax(np.abs(normal)))
@@ -297,10 +286,14 @@ def _cut(data: pv.PolyData, plane: tuple[Array, Array]) -> pv.PolyData:
 def _cap(drawn: _Drawn, plane: tuple[Array, Array], painted: Painted) -> pv.PolyData:
     """The wall where it is cut."""
     origin, normal = plane
-    cap = drawn.grid.slice(normal=normal, origin=origin)
+    grid = drawn.grid.copy(deep=False)
+    if painted.field is not None:
+        grid.point_data["value"] = painted.field.evaluate(_inside())[..., 0].ravel()
+    cap = grid.slice(normal=normal, origin=origin)
     if cap.n_cells == 0:
         return pv.PolyData()
-    rgb = painted.inside(np.asarray(cap.cell_data["element"], dtype=int))
+    elements = np.asarray(cap.cell_data["element"], dtype=int)
+    values = cap.point_data["value"] if painted.field is not None else None
     cap = pv.PolyData(cap.points, faces=cap.faces)
     corners = cap.cast_to_unstructured_grid()
     sizes = np.diff(corners.cell_offsets)
@@ -308,7 +301,11 @@ def _cap(drawn: _Drawn, plane: tuple[Array, Array], painted: Painted) -> pv.Poly
     faces = np.insert(np.arange(len(flat)), np.r_[0, np.cumsum(sizes)[:-1]], sizes)
     cap = pv.PolyData(flat, faces=faces)
     cap.point_data["Normals"] = np.tile(normal, (len(flat), 1)).astype(np.float32)
-    cap.point_data["rgba"] = _opaque(np.repeat(rgb, sizes, axis=0))
+    if values is None:
+        rgb = np.repeat(painted.inside(elements), sizes, axis=0)
+    else:
+        rgb = painted.inside(np.asarray(values)[corners.cell_connectivity])
+    cap.point_data["rgba"] = _opaque(rgb)
     return cap
 
 

@@ -6,6 +6,7 @@ the state lives.
 
 from __future__ import annotations
 
+import asyncio
 import shutil
 import tempfile
 import threading
@@ -348,6 +349,14 @@ class Session(HasTraits):
         if self.taken:
             return StepState("done", f"{self.taken} was downloaded")
         return StepState("ready", "choose formats and download")
+
+
+def post_on_loop() -> Post | None:
+    """Where the state may be changed: on the kernel's loop, if there is one."""
+    try:
+        return asyncio.get_running_loop().call_soon_threadsafe
+    except RuntimeError:
+        return None
 
 
 def siblings(session: Session, outcome: Outcome) -> list[Outcome]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyvista as pv
 
-from heartgen.errors import HeartgenError, InputError
+from heartgen.errors import InputError, needing
 from heartgen.viewing.scene import (
     AMBIENT,
     DARK,
@@ -139,16 +139,11 @@ def colour_by(plotter: Any, name: str) -> str:
 def serve_scene(plotter: Any, title: str, port: int, browser: bool) -> None:
     """Serve a scene on this machine until interrupted."""
     os.environ.setdefault("VTK_WASM_DIR_OVERRIDE", tempfile.gettempdir())  # else it is downloaded
-    try:
+    with needing("the view needs", "apps"):
         from trame.app import get_server
         from trame.ui.vuetify3 import SinglePageLayout
         from trame.widgets import vuetify3 as vuetify
         from trame_pyvista import widgets as views
-    except ModuleNotFoundError as error:
-        raise HeartgenError(
-            f"the view needs the package {error.name}, which is not installed: "
-            "pip install 'heartgen[apps]'"
-        ) from error
     make_view: Any = views.PyVistaLocalView
     plotter.suppress_rendering = True
     server: Any = get_server("heartgen-view", client_type="vue3")

@@ -1,4 +1,4 @@
-"""Files in and out of the browser over the widgets' own channel, in pieces of any number."""
+"""Between page and kernel: files in and out, a text to the clipboard, and a sign of life."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any, BinaryIO
 
 import anywidget
-from traitlets import Bool, Int, Unicode
+from traitlets import Bool, Float, Int, Unicode
 
 WEB = Path(__file__).parent / "web"
 
@@ -133,6 +133,25 @@ class Download(anywidget.AnyWidget):
         if message.get("kind") == "make" and not self.busy and not self.disabled:
             self.busy = True
             self._make()
+
+
+class Copy(anywidget.AnyWidget):
+    """A button that copies a text."""
+
+    _esm = WEB / "copy.js"
+    text = Unicode("").tag(sync=True)
+
+
+class Pulse(anywidget.AnyWidget):
+    """Tells the visitor when the kernel behind the page has ended; until then it is not seen."""
+
+    _esm = WEB / "pulse.js"
+    interval = Float(5.0).tag(sync=True)  # seconds between two questions
+    patience = Float(30.0).tag(sync=True)  # seconds without an answer: it may just be busy
+
+    def __init__(self, **traits: Any) -> None:
+        super().__init__(**traits)
+        self.on_msg(lambda *_: self.send({"kind": "here"}))
 
 
 def safe_name(name: str) -> str:

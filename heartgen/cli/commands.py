@@ -13,7 +13,7 @@ import typer
 
 from heartgen import __version__
 from heartgen.cli.outcome import appearing_together, check_folder, check_picture, errors, told
-from heartgen.errors import HeartgenError, InputError, MeshError
+from heartgen.errors import InputError, MeshError, needing
 
 if TYPE_CHECKING:
     from heartgen.images import Mask
@@ -322,13 +322,8 @@ def view(
 ) -> None:
     """Show a mesh in the browser, with its mask."""
     with told(debug):
-        try:
+        with needing("the view needs", "apps"):
             from heartgen.apps.standalone import view_files
-        except ModuleNotFoundError as error:
-            raise HeartgenError(
-                f"the view needs the package {error.name}, which is not installed: "
-                "pip install 'heartgen[apps]'"
-            ) from error
         view_files(mesh, mask, port, browser=not no_browser)
 
 

@@ -63,11 +63,18 @@ class MeshField:
         """Number of components."""
         return int(self.values.shape[-1])
 
+    @property
+    def coefficients(self) -> NDArray[np.float64]:
+        """Bernstein coefficients, (e, 64, k)."""
+        if self.per_element:
+            return np.repeat(self.values[:, None], COEFFICIENTS, axis=1)
+        return np.asarray(np.matmul(cube(lagrange_to_bernstein()), self.values))
+
     def evaluate(self, xi: NDArray[np.float64]) -> NDArray[np.float64]:
         """Values at local coordinates (q, 3) of every element, (e, q, k) float64."""
         if self.per_element:
             return np.repeat(self.values[:, None], len(xi), axis=1)
-        return np.asarray(np.matmul(tabulate(xi) @ cube(lagrange_to_bernstein()), self.values))
+        return np.asarray(np.matmul(tabulate(xi), self.coefficients))
 
 
 def fitting(fields: Iterable[MeshField], n_elements: int) -> tuple[MeshField, ...]:

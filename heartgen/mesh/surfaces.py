@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.mesh.bernstein import ORDER, bernstein, bernstein_derivative
+from heartgen.mesh.field import MeshField
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.quadrature import EXACT, gauss_square
 
@@ -72,6 +73,14 @@ def evaluate_faces(
     points = np.matmul(tabulate_face(uv), control)
     tangents = [np.matmul(tabulate_face(uv, d), control) for d in ((1, 0), (0, 1))]
     return points, np.cross(*tangents) * face_signs()[faces[:, 1], None, None]
+
+
+def field_on_faces(
+    field: MeshField, faces: NDArray[np.intp], uv: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Values (f, q, k) of a field at parameters (q, 2) of faces (f, 2)."""
+    control = field.coefficients[faces[:, 0, None], face_coefficients()[faces[:, 1]]]
+    return np.asarray(np.matmul(tabulate_face(uv), control))
 
 
 def surface_area(mesh: HexMesh, faces: NDArray[np.intp], n: int = 8) -> float:

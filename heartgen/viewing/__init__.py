@@ -8,16 +8,22 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from heartgen.errors import HeartgenError
+from heartgen.errors import needing
 
 if TYPE_CHECKING:
     from heartgen.viewing.fields import plot_fibres, plot_field
+    from heartgen.viewing.figures import draw_histograms, draw_tradeoff
     from heartgen.viewing.page import view_html
     from heartgen.viewing.scene import plot
     from heartgen.viewing.slices import draw_slices
+    from heartgen.viewing.stages import draw_mesh, draw_stages
 
 __all__ = [
+    "draw_histograms",
+    "draw_mesh",
     "draw_slices",
+    "draw_stages",
+    "draw_tradeoff",
     "plot",
     "plot_fibres",
     "plot_field",
@@ -25,10 +31,14 @@ __all__ = [
 ]
 
 _HOMES = {
+    "draw_histograms": "heartgen.viewing.figures",
+    "draw_mesh": "heartgen.viewing.stages",
+    "draw_slices": "heartgen.viewing.slices",
+    "draw_stages": "heartgen.viewing.stages",
+    "draw_tradeoff": "heartgen.viewing.figures",
+    "plot": "heartgen.viewing.scene",
     "plot_fibres": "heartgen.viewing.fields",
     "plot_field": "heartgen.viewing.fields",
-    "draw_slices": "heartgen.viewing.slices",
-    "plot": "heartgen.viewing.scene",
     "view_html": "heartgen.viewing.page",
 }
 
@@ -37,10 +47,5 @@ def __getattr__(name: str) -> Any:
     """Load a public name, or say which packages are missing for it."""
     if name not in _HOMES:
         raise AttributeError(f"module 'heartgen.viewing' has no attribute {name!r}")
-    try:
+    with needing("pictures need", "plot"):
         return getattr(import_module(_HOMES[name]), name)
-    except ModuleNotFoundError as error:
-        raise HeartgenError(
-            f"pictures need the package {error.name}, which is not installed: "
-            "pip install 'heartgen[plot]'"
-        ) from error

@@ -169,15 +169,25 @@ def draw_slice(view: SliceView, slice_: Slice, position: float) -> Figure:
     return figure
 
 
-def _draw(axes: Axes, slice_: Slice, view: SliceView, centre: Array, pixels: int) -> None:
-    """One slice: the voxels, the surfaces, the basal plane and the long axis."""
-    mask, anatomy, low, high = view.mask, view.anatomy, view.low, view.high
+def draw_section(
+    axes: Axes, slice_: Slice, view: SliceView, centre: Array | None = None, pixels: int = PIXELS
+) -> None:
+    """Draw the voxels where a slice through a point cuts them.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    slice_ : Slice
+    view : SliceView
+    centre : (3,) float64, optional
+        On the slice, mm, frame of the view; where the slices meet at first if omitted.
+    pixels : int
+        Samples along each side.
+    """
+    mask, low, high = view.mask, view.low, view.high
     i, j = slice_.across, slice_.up
-    across, up = (np.linspace(low[a], high[a], pixels) for a in (i, j))
-    points = np.tile(centre, (pixels, pixels, 1))
-    points[..., i], points[..., j] = np.meshgrid(across, up)
-    world = points.reshape(-1, 3) @ view.frame[:3, :3].T + view.frame[:3, 3]
-    index = mask.to_index(world)
+    points = _grid(slice_, view, view.centre if centre is None else centre, pixels)
+    index = mask.to_index(points.reshape(-1, 3) @ view.frame[:3, :3].T + view.frame[:3, 3])
     voxels = ndi.map_coordinates(mask.voxels.astype(np.uint8), index.T, order=0)
     extent = (low[i], high[i], low[j], high[j])
     axes.imshow(
@@ -190,8 +200,17 @@ def _draw(axes: Axes, slice_: Slice, view: SliceView, centre: Array, pixels: int
     )
     axes.set(xlim=extent[:2], ylim=extent[2:])
     axes.spines[["top", "right"]].set_visible(False)
+
+
+def _draw(axes: Axes, slice_: Slice, view: SliceView, centre: Array, pixels: int) -> None:
+    """One slice: the voxels, the surfaces, the basal plane and the long axis."""
+    draw_section(axes, slice_, view, centre, pixels)
+    anatomy, j = view.anatomy, slice_.up
     if anatomy is None:
         return
+    points = _grid(slice_, view, centre, pixels)
+    across, up = points[0, :, slice_.across], points[:, 0, j]
+    world = points.reshape(-1, 3) @ view.frame[:3, :3].T + view.frame[:3, 3]
     for name, colour in SURFACES.items():
         if name not in anatomy.surfaces:
             continue
@@ -204,6 +223,15 @@ def _draw(axes: Axes, slice_: Slice, view: SliceView, centre: Array, pixels: int
         axes.plot([0, 0], [-anatomy.length, 0], color=AXIS, linestyle=DASHES)
     else:
         axes.plot(0, 0, "+", color=AXIS, markersize=10)
+
+
+def _grid(slice_: Slice, view: SliceView, centre: Array, pixels: int) -> Array:
+    """Points (pixels, pixels, 3) of a slice, mm, frame of the view."""
+    i, j = slice_.across, slice_.up
+    across, up = (np.linspace(view.low[a], view.high[a], pixels) for a in (i, j))
+    points = np.tile(centre, (pixels, pixels, 1))
+    points[..., i], points[..., j] = np.meshgrid(across, up)
+    return points
 
 
 def _pool_centre(anatomy: Anatomy) -> Array:

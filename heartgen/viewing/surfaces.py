@@ -11,10 +11,13 @@ from heartgen.images.levelset import LevelSet
 from heartgen.mesh import HexMesh, MeshField, Topology
 from heartgen.mesh.closest import closest_points
 from heartgen.mesh.jacobian import jacobian_ratio
-from heartgen.mesh.surfaces import evaluate_faces, tessellate
+from heartgen.mesh.surfaces import evaluate_faces, field_on_faces, tessellate
 
 SUBDIVISION = 8
 """Flat pieces of an element's edge: 4 degrees of a ring of 12 elements, which looks round."""
+
+FACES = 6
+"""Of an element."""
 
 INWARD = 1e-3
 """Shift of the parameters at which normals are taken, off the pole, where a face has none."""
@@ -58,13 +61,16 @@ def on_surface(field: MeshField, topology: Topology, n: int = SUBDIVISION) -> ND
     """Values of a field at the points of `mesh_surface`, (points, k) float64."""
     t = np.linspace(0, 1, n + 1)
     v, u = (grid.ravel() for grid in np.meshgrid(t, t, indexing="ij"))
-    faces = topology.external
-    out = np.empty((len(faces), len(u), field.components))
-    for face in np.unique(faces[:, 1]):
-        xi = np.insert(np.stack([u, v], -1), face // 2, face % 2, axis=1)
-        on = faces[:, 1] == face
-        out[on] = field.evaluate(xi)[faces[on, 0]]
-    return out.reshape(-1, field.components)
+    values = field_on_faces(field, topology.external, np.stack([u, v], -1))
+    return values.reshape(-1, field.components)
+
+
+def element_faces(mesh: HexMesh, n: int = SUBDIVISION) -> pv.PolyData:
+    """All faces of all elements, those inside the wall as well: quadrilaterals, mm, world (LPS)."""
+    faces = np.stack(np.divmod(np.arange(FACES * mesh.n_elements), FACES), -1)
+    points, quads = tessellate(mesh, faces, n)
+    rows = np.insert(quads, 0, quads.shape[1], axis=1)
+    return pv.PolyData(points.astype(np.float32), faces=rows.ravel())
 
 
 def mesh_edges(mesh: HexMesh, n: int = SUBDIVISION) -> pv.PolyData:

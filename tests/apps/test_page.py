@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import html
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,10 +11,17 @@ import pytest
 from heartgen.apps import dashboard
 from heartgen.apps.cases import sample_choices
 from heartgen.apps.panels.judge import THRESHOLD
-from heartgen.apps.transfer import PIECE, Upload, safe_name
+from heartgen.apps.transfer import PIECE, Pulse, Upload, safe_name
 from heartgen.assessment import QUALITY_THRESHOLD
 from heartgen.errors import InputError
 from heartgen.samples import names
+
+NOTEBOOKS = [
+    "01_from_mask_to_mesh.ipynb",
+    "02_accuracy_and_quality.ipynb",
+    "03_fields_and_files.ipynb",
+    "dashboard.ipynb",
+]
 
 
 def tree(widget: widgets.Widget) -> Iterator[widgets.Widget]:
@@ -94,10 +102,33 @@ def test_threshold_is_that_of_the_assessment():
     assert THRESHOLD == QUALITY_THRESHOLD
 
 
-def test_notebook_is_thin(repository: Path):
-    notebook = json.loads((repository / "notebooks" / "dashboard.ipynb").read_text())
-    assert len(notebook["cells"]) <= 3
-    assert all(cell.get("outputs", []) == [] for cell in notebook["cells"])
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_notebooks_are_thin_and_hold_no_outputs(repository: Path, name: str):
+    notebook = json.loads((repository / "notebooks" / name).read_text(encoding="utf-8"))
+    cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    assert all(cell["outputs"] == [] and cell["execution_count"] is None for cell in cells)
+    code = "".join(line for cell in cells for line in cell["source"])
+    assert "def " not in code  # the code lives in the package
+    assert len(code.splitlines()) < 50
+
+
+def test_every_notebook_is_looked_at(repository: Path):
+    assert sorted(path.name for path in (repository / "notebooks").glob("*.ipynb")) == NOTEBOOKS
+
+
+def test_signs_of_life_are_answered():
+    pulse, sent = Pulse(), Told()
+    pulse.send = sent.append
+    pulse._handle_custom_msg({"kind": "ask"}, [])
+    assert sent == [{"kind": "here"}]
+
+
+def test_python_that_is_copied_is_the_one_that_is_shown(page):
+    page.session.load_sample("lifelike").result()
+    page.session.start().result()
+    take = page.page.panels["take"]
+    assert take.copy.text.startswith("import heartgen")
+    assert take.copy.text.splitlines()[-1] in html.unescape(take.code.value)
 
 
 class Told(list):

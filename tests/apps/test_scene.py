@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import matplotlib
 import numpy as np
 import pytest
 
@@ -9,7 +10,8 @@ pytest.importorskip("pyvista")
 
 from heartgen.apps.colours import COLOURINGS, nice_limit
 from heartgen.apps.panels import look
-from heartgen.apps.scene import CUTS, MASK_VIEWS, STAGES, View, mask_scene, mesh_scene
+from heartgen.apps.scene import CUTS, LINES, MASK_VIEWS, View, mask_scene, mesh_scene
+from heartgen.viewing.stages import STAGES
 
 VIEW = View()
 
@@ -23,6 +25,7 @@ def test_controls_offer_what_the_scene_knows():
     assert tuple((c.title, key) for key, c in COLOURINGS.items()) == look.COLOURS
     assert tuple((title, key) for key, title in MASK_VIEWS.items()) == look.MASKS
     assert tuple((title, key) for key, title in CUTS.items()) == look.CUTS
+    assert tuple((title, key) for key, title in LINES.items()) == look.LINES
 
 
 @pytest.mark.parametrize("colour", COLOURINGS)
@@ -67,8 +70,31 @@ def test_cut_keeps_what_lies_behind_and_shows_the_wall(finished, cut, axis, sign
     assert np.sum(normals[:, axis] * sign > 0.99) > 50
 
 
+def test_depth_is_seen_where_the_wall_is_cut(finished):
+    scene = mesh_scene(finished.shown, replace(VIEW, colour="transmural", cut="x"))
+    on_plane = np.asarray(scene.mesh.point_data["Normals"])[:, 0] > 0.999
+    rgb = np.asarray(scene.mesh.point_data["rgba"], dtype=int)[on_plane, :3]
+    ends = [matplotlib.colormaps["cividis"](end, bytes=True)[:3] for end in (0.0, 1.0)]
+    distances = [np.abs(rgb - np.asarray(end, dtype=int)).max(1).min() for end in ends]
+    assert max(distances) < 12  # from the colour of the one surface to that of the other
+    assert len(np.unique(rgb, axis=0)) > 20
+
+
+def test_segments_are_those_of_the_elements(finished):
+    scene = mesh_scene(finished.shown, replace(VIEW, colour="segment"))
+    assert {name for _, name in scene.painted.names} <= {str(n) for n in range(1, 18)}
+    assert len(scene.painted.names) > 12
+
+
+def test_fibres_lie_on_the_surface(finished):
+    scene = mesh_scene(finished.shown, replace(VIEW, lines="fibres"))
+    assert scene.edges.n_points > 0
+    far = scene.edges.compute_implicit_distance(scene.mesh.triangulate())["implicit_distance"]
+    assert np.percentile(np.abs(far), 95) < 1.0
+
+
 def test_mask_can_be_hidden_and_edges_too(finished):
-    scene = mesh_scene(finished.shown, replace(VIEW, mask="off", edges=False))
+    scene = mesh_scene(finished.shown, replace(VIEW, mask="off", lines="off"))
     assert scene.mask.n_points == scene.edges.n_points == 0
     assert mask_scene(finished.anatomy).mask.n_points > 0
 

@@ -102,6 +102,14 @@ def test_contradicting_choices_are_told(session):
     assert session.shown.result.mesh.topology.shape == (1, 8, 4)
 
 
+def test_basis_is_handed_on(session):
+    session.load_sample("lifelike").result()
+    session.choices.basis = "lagrange"
+    session.start().result()
+    assert session.shown.result.mesh.topology.basis == "lagrange"
+    assert session.shown.result.options.basis == "lagrange"
+
+
 def test_failing_pipeline_is_a_sentence(session, monkeypatch):
     def fail(*arguments, **options):
         raise ValueError("of no use")

@@ -13,20 +13,11 @@ from pathlib import Path
 
 import pytest
 
-sync_api = pytest.importorskip("playwright.sync_api")
+pytest.importorskip("playwright.sync_api")
 pytest.importorskip("voila")
 pytest.importorskip("trame_pyvista")
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
-
-FLAGS = [
-    "--no-sandbox",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--ignore-gpu-blocklist",
-    # Proves that one origin is enough: every other name leads nowhere.
-    "--host-resolver-rules=MAP * 127.0.0.99:9, EXCLUDE 127.0.0.1",
-]
+from benchmarks import chromium
 
 PREFIX = "/user/x/"
 SIZE = {"width": 1440, "height": 900}
@@ -84,13 +75,10 @@ def address(repository: Path, tmp_path_factory: pytest.TempPathFactory):
 @pytest.fixture(scope="module")
 def browser():
     """Chromium as Debian has it; its event loop must not outlive these tests."""
-    path = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if path is None:
-        pytest.skip(f"no browser is installed: none of {', '.join(BROWSERS)} is on the PATH")
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=FLAGS)
+    if chromium.find() is None:
+        pytest.skip(f"no browser is installed: none of {', '.join(chromium.NAMES)} is on the PATH")
+    with chromium.launched() as browser:
         yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from heartgen.errors import MeshError
 from heartgen.mesh import MeshField
 from heartgen.mesh.bernstein import lattice
+from heartgen.mesh.surfaces import field_on_faces
 
 
 def test_between_the_lattice_a_field_is_cubic() -> None:
@@ -45,3 +46,14 @@ def test_one_value_per_element_is_constant_in_it() -> None:
 def test_what_is_no_field_is_refused(name, values, message) -> None:
     with pytest.raises(MeshError, match=message):
         MeshField(name, values)
+
+
+def test_on_a_face_a_field_is_what_it_is_in_the_element() -> None:
+    values = np.random.default_rng(1).random((2, 64, 3))
+    field = MeshField("any", values)
+    uv = np.array([[0.2, 0.7], [0.9, 0.1]])
+    ends = {0: (0, 0.0), 1: (0, 1.0), 2: (1, 0.0), 3: (1, 1.0), 4: (2, 0.0), 5: (2, 1.0)}
+    for face, (axis, end) in ends.items():
+        xi = np.insert(uv, axis, end, axis=1)
+        on_face = field_on_faces(field, np.array([[1, face]]), uv)
+        assert_allclose(on_face[0], field.evaluate(xi)[1], atol=1e-13)

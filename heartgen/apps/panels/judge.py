@@ -32,6 +32,35 @@ class Tradeoff(anywidget.AnyWidget):
     threshold = Float(THRESHOLD).tag(sync=True)
 
 
+def link_tradeoff(plot: Tradeoff, session: Session) -> None:
+    """Have a plot show the levels of the case that is looked at, and a click load a mesh."""
+
+    def clicked(change: Any) -> None:
+        if session.shown is None:
+            return
+        for outcome in siblings(session, session.shown):
+            if outcome.lod == change["new"] and outcome is not session.shown:
+                session.show(outcome)
+
+    def draw(_: Any = None) -> None:
+        if session.shown is None:
+            return
+        with plot.hold_sync():
+            plot.selected = session.shown.lod
+            plot.points = [
+                {
+                    "lod": o.lod,
+                    "error": o.result.report.accuracy.mean,
+                    "quality": o.result.report.quality.mean,
+                }
+                for o in siblings(session, session.shown)
+            ]
+
+    plot.observe(clicked, "selected")
+    session.observe(draw, ["shown", "outcomes"])
+    draw()
+
+
 class JudgePanel:
     """How good the mesh is."""
 
@@ -45,7 +74,7 @@ class JudgePanel:
         )
         self.hint = text("", "hg-note")
         self.table = text("", "hg-table")
-        self.tradeoff.observe(self._clicked, "selected")
+        link_tradeoff(self.tradeoff, session)
         session.observe(self._draw, ["shown", "outcomes"])
         session.observe(self._enable, ["states"])
         levels = classed(
@@ -84,14 +113,6 @@ class JudgePanel:
             self.session.states["run"].phase == "blocked" or self.session.active_run is not None
         )
 
-    def _clicked(self, change: Any) -> None:
-        """Show the mesh of a point."""
-        if self.session.shown is None:
-            return
-        for outcome in siblings(self.session, self.session.shown):
-            if outcome.lod == change["new"] and outcome is not self.session.shown:
-                self.session.show(outcome)
-
     def _draw(self, _: Any = None) -> None:
         shown = self.session.shown
         self.empty.layout.display = "none" if shown else ""
@@ -105,16 +126,6 @@ class JudgePanel:
         draw_histograms(shown.result).savefig(buffer, dpi=DPI)
         self.figure.value = buffer.getvalue()
         others = siblings(self.session, shown)
-        with self.tradeoff.hold_sync():
-            self.tradeoff.selected = shown.lod
-            self.tradeoff.points = [
-                {
-                    "lod": o.lod,
-                    "error": o.result.report.accuracy.mean,
-                    "quality": o.result.report.quality.mean,
-                }
-                for o in others
-            ]
         self.hint.value = (
             "Click a point to load its mesh."
             if len(others) > 1

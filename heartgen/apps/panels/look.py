@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -21,7 +22,16 @@ STAGES = (
 )
 """As in `heartgen.apps.scene`, which waits for VTK; a test compares. So do the next ones."""
 
-COLOURS = (("Error", "error"), ("Quality Q", "quality"), ("Surface", "region"))
+COLOURS = (
+    ("Error", "error"),
+    ("Quality Q", "quality"),
+    ("Surface", "region"),
+    ("AHA segment", "segment"),
+    ("Transmural", "transmural"),
+    ("Longitudinal", "longitudinal"),
+    ("Wall thickness", "thickness"),
+)
+LINES = (("Element edges", "edges"), ("Fibres", "fibres"), ("None", "off"))
 MASKS = (("Where it differs", "misfit"), ("All of it", "whole"), ("Hidden", "off"))
 CUTS = (
     ("No cut", "off"),
@@ -34,8 +44,9 @@ CUTS = (
 class LookPanel:
     """Controls of the 3-D view, and its key."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, titled: bool = True) -> None:
         self.session = session
+        self._task: asyncio.Task[None] | None = None
         self.view: Any = None
         self._case: Any = None
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="heartgen-view")
@@ -59,21 +70,19 @@ class LookPanel:
             ),
             "Place of the cut",
         )
-        self.edges = classed(widgets.Checkbox(True, indent=False), "hg-row")
-        self.edges.description = "Element edges"
-        self.edges.tooltip = "Show the edges of the elements"
+        self.lines = choose(LINES, "edges", "Lines", "Edges of the elements, or rule-based fibres")
         self.key = text("", "hg-scale")
         self.place = classed(
             widgets.Box([text("The 3-D view is starting …", "hg-notice")]), "hg-view"
         )
-        controls = [self.colour, self.limit, self.mask, self.cut, self.position, self.edges]
+        controls = [self.colour, self.limit, self.mask, self.lines, self.cut, self.position]
         for control in (self.stage, *controls):
             control.observe(self._draw, "value")
         session.observe(self._draw, ["anatomy", "shown"])
         self.widget = classed(
             widgets.VBox(
                 [
-                    head(session, "look"),
+                    *([head(session, "look")] if titled else []),
                     classed(self.stage, "hg-stages"),
                     self.place,
                     self.key,
@@ -85,10 +94,25 @@ class LookPanel:
         self._controls = [self.stage, *controls]
         self._enable()
 
-    async def start(self) -> None:
-        """Start the 3-D view; the page is on the screen by then."""
-        import asyncio
+    def open(self) -> None:
+        """Have the 3-D view started, once, where there is a loop: else nobody is looking."""
+        if self._task is not None:
+            return
+        try:
+            loop = asyncio.get_running_loop()
+        except RuntimeError:
+            return
+        self._task = loop.create_task(self._start())
+        self._task.add_done_callback(self._started)
 
+    def _started(self, task: asyncio.Task[None]) -> None:
+        """Say so if the view could not be started."""
+        if not task.cancelled() and (error := task.exception()) is not None:
+            sentence = f"The 3-D view could not be started ({type(error).__name__}: {error})."
+            self.place.children = (text(sentence, "hg-notice"),)
+
+    async def _start(self) -> None:
+        """Start the 3-D view; the page is on the screen by then."""
         loop = asyncio.get_running_loop()
         await loop.run_in_executor(self._pool, _import_scene)
         from heartgen.apps.viewer import HeartView
@@ -121,7 +145,7 @@ class LookPanel:
             "stage": self.stage.value,
             "colour": self.colour.value,
             "mask": self.mask.value,
-            "edges": self.edges.value,
+            "lines": self.lines.value,
             "cut": self.cut.value,
             "position": self.position.value,
             "limit": self.limit.value or None,
@@ -157,14 +181,14 @@ def key_html(painted: Any, mask: bool) -> str:
         return '<span class="hg-class"><i class="hg-mask-mark"></i>mask</span>'
     if painted.scale is not None:
         low, high = painted.scale.limits
-        more = " or more" if painted.scale.colours == "viridis" else ""
+        more = " or more" if painted.more else ""
         key = (
             f'<div class="hg-bar"><span>{painted.title}</span>'
             f'<i style="background:linear-gradient(to right,{",".join(painted.stops)})"></i>'
             f"<span><b>{low:g}</b><b>{(low + high) / 2:g}</b><b>{high:g}{more}</b></span></div>"
         )
     else:
-        key = "".join(
+        key = f"<span>{painted.title}</span>" + "".join(
             f'<span class="hg-class"><i style="background:{colour}"></i>{name}</span>'
             for colour, name in painted.names
         )

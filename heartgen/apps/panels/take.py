@@ -10,7 +10,7 @@ import ipywidgets as widgets
 
 from heartgen.apps.parts import classed, head, text
 from heartgen.apps.session import Session, siblings
-from heartgen.apps.transfer import MEGABYTE, Download
+from heartgen.apps.transfer import MEGABYTE, Copy, Download
 from heartgen.errors import HeartgenError
 
 TICKED = ("exf", "vtu")
@@ -34,6 +34,7 @@ class TakePanel:
         )
         self.note = text("", "hg-note")
         self.code = text("", "hg-code")
+        self.copy = Copy()
         session.observe(self._draw, ["states", "shown"])
         self.widget = classed(
             widgets.VBox(
@@ -58,7 +59,9 @@ class TakePanel:
                                     "hg-take",
                                 ),
                                 classed(
-                                    widgets.VBox([text("<h3>The same in Python</h3>"), self.code]),
+                                    widgets.VBox(
+                                        [text("<h3>The same in Python</h3>"), self.code, self.copy]
+                                    ),
                                     "hg-python",
                                 ),
                             ]
@@ -76,13 +79,15 @@ class TakePanel:
         shown = self.session.shown
         if shown is None:
             self.code.value = "<p>Run heartgen first.</p>"
+            self.copy.text = ""
             return
         from heartgen.apps.bundle import reproduce
 
         if not self.formats:
             self.formats = _format_boxes()
             self.boxes.children = tuple(self.formats.values())
-        self.code.value = f"<pre tabindex=0>{html.escape(reproduce(shown))}</pre>"
+        self.copy.text = reproduce(shown)
+        self.code.value = f"<pre tabindex=0>{html.escape(self.copy.text)}</pre>"
 
     def _make(self) -> None:
         """Make the archive in a thread."""
