@@ -113,15 +113,35 @@ def element_volumes(mesh: HexMesh) -> Array:
 
 def thickness_by_segment(mesh: HexMesh, axes: HeartAxes) -> dict[int, float]:
     """Mean wall thickness of each AHA segment over the left endocardium, mm."""
-    faces = mesh.topology.surfaces["lv_endo"]
-    uv, weights = gauss_square(SAMPLES)
-    points, area = evaluate_faces(mesh, faces, uv)
-    across = opposite(mesh, faces[:, 0], points)
-    thickness = np.linalg.norm(across - points, axis=-1).ravel()
-    share = (np.linalg.norm(area, axis=-1) * weights).ravel()
-    segment = aha_segment(((points + across) / 2).reshape(-1, 3), axes)
+    middle, thickness, area = left_thickness(mesh)
+    segment = aha_segment(middle, axes)
     return {
-        s: float(np.average(thickness[segment == s], weights=share[segment == s]))
+        s: float(np.average(thickness[segment == s], weights=area[segment == s]))
         for s in SEGMENTS
         if np.any(segment == s)
     }
+
+
+def left_thickness(mesh: HexMesh) -> tuple[Array, Array, Array]:
+    """Wall thickness of the left ventricle at samples of its endocardium.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+
+    Returns
+    -------
+    middle : (n, 3) float64
+        Half-way across the wall, mm, world (LPS).
+    thickness : (n,) float64
+        mm.
+    area : (n,) float64
+        Of the endocardium, that each sample stands for, mm^2.
+    """
+    faces = mesh.topology.surfaces["lv_endo"]
+    uv, weights = gauss_square(SAMPLES)
+    points, normal = evaluate_faces(mesh, faces, uv)
+    across = opposite(mesh, faces[:, 0], points)
+    thickness = np.linalg.norm(across - points, axis=-1).ravel()
+    area = (np.linalg.norm(normal, axis=-1) * weights).ravel()
+    return ((points + across) / 2).reshape(-1, 3), thickness, area

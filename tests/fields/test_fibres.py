@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.solids import land_fibres
 from heartgen.errors import InputError
 from heartgen.fields import FibreRule, fibre_frames, rule_from_text
 from heartgen.fields.fibres import helix_angle
@@ -64,7 +65,7 @@ def test_pole_has_directions_of_its_neighbourhood(land: HexMesh) -> None:
 def test_fibres_of_the_ideal_ellipsoid_follow_the_analytic_rule(land: HexMesh) -> None:
     fibres = fibre_frames(land, FibreRule(helix=(90.0, -90.0)))[..., 0]
     away = land.topology.index[:, 2] > 0
-    expected = land_fibre(land.lagrange_points()[away].reshape(-1, 3))
+    expected = land_fibres(land.lagrange_points()[away].reshape(-1, 3))
     cosine = np.einsum("nx,nx->n", fibres[away].reshape(-1, 3), expected)
     angle = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
     assert angle.mean() < 0.3
@@ -114,20 +115,3 @@ def test_angles_that_are_none_are_refused(pair) -> None:
 def test_rule_is_read_from_text() -> None:
     rule = rule_from_text("helix=50/-70, sheet=-65/25")
     assert rule == FibreRule(helix=(50.0, -70.0), sheet=(-65.0, 25.0))
-
-
-def land_fibre(points: np.ndarray) -> np.ndarray:
-    """Fibre directions of Land et al. (2015), problem 3, at points (n, 3), mm."""
-    z, r = points[:, 2], np.hypot(points[:, 0], points[:, 1])
-    low, high = np.full(len(z), -0.5), np.full(len(z), 1.5)
-    for _ in range(60):
-        t = (low + high) / 2
-        outside = (r / (7 + 3 * t)) ** 2 + (z / (17 + 3 * t)) ** 2 > 1
-        low, high = np.where(outside, t, low), np.where(outside, high, t)
-    rs, rl = 7 + 3 * t, 17 + 3 * t
-    u, v = -np.arccos(np.clip(z / rl, -1, 1)), np.arctan2(-points[:, 1], -points[:, 0])
-    du = [rs * np.cos(u) * np.cos(v), rs * np.cos(u) * np.sin(v), -rl * np.sin(u)]
-    dv = [-rs * np.sin(u) * np.sin(v), rs * np.sin(u) * np.cos(v), 0 * u]
-    du, dv = (np.stack(d, -1) / np.linalg.norm(d, axis=0)[:, None] for d in (du, dv))
-    angle = np.radians(90 - 180 * t)[:, None]
-    return du * np.sin(angle) + dv * np.cos(angle)
