@@ -55,6 +55,11 @@ def main() -> None:
         jobs = [{"labels": str(p), "ventricles": a.ventricles} for p in masks_of(a.labels)]
         print(of_labels(resume(a.output, jobs, measure, a.jobs)))
         return
+    known()
+
+
+def known() -> None:
+    """Print the tables of what is known exactly."""
     print("fibres against the rule of Land et al. (2015), problem 3, degrees\n")
     heads = ["elements", "mean", "99 %", "max", "mean in the apical row"]
     print(table(heads, map(fibres, ELEMENTS)))

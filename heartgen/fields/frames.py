@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from heartgen.fields.patch import ASIDE, patch_of
 from heartgen.mesh.bernstein import ORDER, lattice, tabulate
-from heartgen.mesh.hexmesh import HexMesh
+from heartgen.mesh.hexmesh import HexMesh, Topology
 from heartgen.mesh.sharing import coincident, probe
 from heartgen.mesh.surfaces import face_coefficients
 
@@ -20,7 +21,7 @@ def wall_frames(mesh: HexMesh) -> Array:
     normal to the sheet of equal transmural coordinate, and the longitudinal one is at right angles
     to both, towards the base. Where elements meet in a crease, as on the insertion line of the
     right ventricle, the frame is the mean of theirs. At the pole, where circumferential directions
-    meet, each element keeps its own.
+    meet, each element keeps its own. In a square patch at the apex, it runs along smooth rings.
 
     Parameters
     ----------
@@ -31,13 +32,12 @@ def wall_frames(mesh: HexMesh) -> Array:
     (e, 64, 3, 3) float64
         Columns: circumferential, longitudinal, transmural; orthonormal, right-handed.
     """
-    return nearest_rotation(averaged(_frames(*_tangents(mesh)), mesh))
+    return nearest_rotation(averaged(_frames(*tangents(mesh, lattice())), mesh))
 
 
 def frames_at(mesh: HexMesh, xi: Array) -> Array:
     """Directions of the wall at local coordinates (q, 3) off the pole, (e, q, 3, 3)."""
-    gradient = mesh.gradient(xi)
-    return _frames(gradient[..., 0], gradient[..., 1])
+    return _frames(*tangents(mesh, xi))
 
 
 def averaged(values: Array, mesh: HexMesh) -> Array:
@@ -53,10 +53,13 @@ def averaged(values: Array, mesh: HexMesh) -> Array:
 
 
 def at_pole(mesh: HexMesh) -> NDArray[np.bool_]:
-    """Lattice points (e, 64) on collapsed faces."""
+    """Lattice points (e, 64) around which the directions turn: collapsed, or amid a patch."""
     out = np.zeros((mesh.n_elements, ORDER**3), dtype=bool)
     faces = mesh.topology.collapsed
     out[faces[:, :1], face_coefficients()[faces[:, 1]]] = True
+    patch = patch_of(mesh.topology)
+    if patch is not None:
+        out[patch.elements] |= patch.radius(lattice()) < 2 * ASIDE
     return out
 
 
@@ -67,14 +70,30 @@ def nearest_rotation(matrices: Array) -> Array:
     return np.asarray(u @ v)
 
 
-def _tangents(mesh: HexMesh) -> tuple[Array, Array]:
-    """Tangents (e, 64, 3) along xi1 and xi2; at the pole, that of xi1 as it is close to it."""
-    xi = lattice()
-    around, along = (np.matmul(tabulate(xi, d), mesh.control) for d in ((1, 0, 0), (0, 1, 0)))
+def tangents(mesh: HexMesh, xi: Array) -> tuple[Array, Array]:
+    """Tangents (e, q, 3) around and along at local coordinates (q, 3), mm.
+
+    They are those of xi1 and xi2, but for a square patch at the apex. On a collapsed face, that
+    around is as it is close to it.
+    """
+    one, two = (np.matmul(tabulate(xi, d), mesh.control) for d in ((1, 0, 0), (0, 1, 0)))
     opening = np.matmul(tabulate(xi, (1, 1, 0)), mesh.control)
-    pole = at_pole(mesh)
-    around[pole] = opening[pole]  # of a length that grows with the distance from the pole
-    return around, along
+    for element, face in mesh.topology.collapsed:
+        on = xi[:, face // 2] == face % 2
+        one[element, on] = opening[element, on]  # of a length that grows with the distance
+    shares = around_shares(mesh.topology, xi)
+    a, b = shares[..., :1], shares[..., 1:]
+    return a * one + b * two, a * two - b * one
+
+
+def around_shares(topology: Topology, xi: Array) -> Array:
+    """Direction around, (e, q, 2), as shares of the tangents of xi1 and xi2."""
+    out = np.zeros((topology.n_elements, len(xi), 2))
+    out[..., 0] = 1
+    patch = patch_of(topology)
+    if patch is not None:
+        out[patch.elements] = patch.directions(xi)
+    return out
 
 
 def _frames(around: Array, along: Array) -> Array:

@@ -18,7 +18,10 @@ GAUSS = 4
 """Points on each third of a line: lengths of straight lines are exact, others to rounding."""
 
 
-def length_share(mesh: HexMesh, axis: int) -> Array:
+Mask = NDArray[np.bool_]
+
+
+def length_share(mesh: HexMesh, axis: int, among: Mask | None = None) -> Array:
     """Share of the length of its line at which each point lies.
 
     Parameters
@@ -26,30 +29,34 @@ def length_share(mesh: HexMesh, axis: int) -> Array:
     mesh : HexMesh
     axis : {0, 1, 2}
         Local direction along which lines run, on through the next elements as long as there are.
+    among : (e,) bool, optional
+        Elements to which lines keep; the others get 0.
 
     Returns
     -------
     (e, 64) float64
         On the lattice of each element, xi1 fastest; 0 where the line starts and 1 where it ends.
     """
-    within = np.moveaxis(_lengths(mesh, axis).reshape(-1, ORDER, ORDER, ORDER), 3 - axis, -1)
+    within = np.moveaxis(lengths(mesh, axis).reshape(-1, ORDER, ORDER, ORDER), 3 - axis, -1)
     start = np.zeros(within.shape[:-1])
-    total = np.zeros_like(start)
-    for line in lines(mesh.topology, axis):
-        lengths = within[line, ..., -1]
-        start[line] = np.cumsum(lengths, axis=0) - lengths
-        total[line] = lengths.sum(0)
+    total = np.full_like(start, np.inf)
+    for line in lines(mesh.topology, axis, among):
+        each = within[line, ..., -1]
+        start[line] = np.cumsum(each, axis=0) - each
+        total[line] = each.sum(0)
     share = (start[..., None] + within) / total[..., None]
     return np.asarray(np.moveaxis(share, -1, 3 - axis).reshape(-1, ORDER**3))
 
 
-def lines(topology: Topology, axis: int) -> list[NDArray[np.intp]]:
+def lines(topology: Topology, axis: int, among: Mask | None = None) -> list[NDArray[np.intp]]:
     """Runs of elements along a local direction, each from where it starts to where it ends.
 
     Parameters
     ----------
     topology : Topology
     axis : {0, 1, 2}
+    among : (e,) bool, optional
+        Elements to which lines keep.
 
     Returns
     -------
@@ -57,7 +64,11 @@ def lines(topology: Topology, axis: int) -> list[NDArray[np.intp]]:
         Runs that close on themselves, such as rings, are left out.
     """
     onward = _next(topology, axis)
-    starts = np.setdiff1d(np.arange(topology.n_elements), onward)
+    elements = np.arange(topology.n_elements)
+    if among is not None:
+        elements = elements[among]
+        onward = np.where(among & among[onward], onward, NONE)
+    starts = np.setdiff1d(elements, onward)
     out = []
     for element in starts:
         run = [int(element)]
@@ -89,7 +100,7 @@ def _corners(topology: Topology, face: int) -> NDArray[np.intp]:
     return np.sort(np.take(cube, end, axis=3 - axis).reshape(-1, 4), axis=1)
 
 
-def _lengths(mesh: HexMesh, axis: int) -> Array:
+def lengths(mesh: HexMesh, axis: int) -> Array:
     """Length (e, 64), mm, along a local direction from the element's end to each lattice point."""
     t, weights = gauss(GAUSS)
     third = 1 / (ORDER - 1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.fields.frames import at_pole, averaged
+from heartgen.fields.frames import around_shares, at_pole, averaged
 from heartgen.fields.lines import lines
 from heartgen.fields.wall import INNER
 from heartgen.mesh.bernstein import ORDER, lattice, tabulate
@@ -83,7 +83,7 @@ def curvatures(mesh: HexMesh) -> Array:
 
 
 def _curvatures(mesh: HexMesh, xi: Array) -> Array:
-    """Curvatures (e, q, 2) at local coordinates (q, 3); meaningless where xi1 has no direction."""
+    """Curvatures (e, q, 2) at local coordinates (q, 3); meaningless where det J = 0."""
     one, two, one_one, one_two, two_two = (
         np.matmul(tabulate(xi, (a, b, 0)), mesh.control)
         for a, b in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
@@ -93,9 +93,9 @@ def _curvatures(mesh: HexMesh, xi: Array) -> Array:
     normal /= area
     l, m, n = (np.einsum("eqx,eqx->eq", -normal, d) for d in (one_one, one_two, two_two))
     e, f, g = (np.einsum("eqx,eqx->eq", *pair) for pair in ((one, one), (one, two), (two, two)))
-    e = np.maximum(e, np.finfo(float).tiny)
-    # Along xi1, and at right angles to it: the trace of the shape operator less that.
-    around = l / e
+    a, b = np.moveaxis(around_shares(mesh.topology, xi), -1, 0)
+    length = np.maximum(a * a * e + 2 * a * b * f + b * b * g, np.finfo(float).tiny)
+    around = (a * a * l + 2 * a * b * m + b * b * n) / length
     determinant = np.maximum(e * g - f * f, np.finfo(float).tiny)
-    trace = (e * n - 2 * f * m + g * l) / determinant
+    trace = (e * n - 2 * f * m + g * l) / determinant  # of the shape operator
     return np.stack([around, trace - around], -1)

@@ -7,15 +7,15 @@ import pytest
 
 from benchmarks.solids import LAND, ellipsoid
 from heartgen import samples
-from heartgen.anatomy import analyse
+from heartgen.anatomy import Anatomy, analyse
 from heartgen.mesh import HexMesh
+from heartgen.options import Apex
 from heartgen.templates import biventricular_template
 from heartgen.templates.ellipsoid import TruncatedEllipsoid
 from heartgen.templates.lv import ellipsoid_mesh
 
 
-@pytest.fixture(scope="session")
-def lv() -> HexMesh:
+def oval(apex: Apex) -> HexMesh:
     """An oval, bent cup."""
     shape = TruncatedEllipsoid(
         centre=np.array([3.0, -2.0]),
@@ -27,7 +27,22 @@ def lv() -> HexMesh:
         apex=7.0,
         bend=np.array([0.001, 0.002]),
     )
-    return ellipsoid_mesh(shape, (1, 12, 6))
+    return ellipsoid_mesh(shape, (1, 12, 6), apex=apex, hole=5.0 if apex == "hole" else 0.0)
+
+
+@pytest.fixture(scope="session")
+def lv() -> HexMesh:
+    return oval("collapsed")
+
+
+@pytest.fixture(scope="session")
+def holed() -> HexMesh:
+    return oval("hole")
+
+
+@pytest.fixture(scope="session")
+def patched() -> HexMesh:
+    return oval("patch")
 
 
 @pytest.fixture(scope="session")
@@ -36,12 +51,22 @@ def biv_sample() -> samples.Sample:
 
 
 @pytest.fixture(scope="session")
-def biv(biv_sample: samples.Sample) -> HexMesh:
+def biv_anatomy(biv_sample: samples.Sample) -> Anatomy:
+    return analyse(biv_sample.mask)
+
+
+@pytest.fixture(scope="session")
+def biv(biv_anatomy: Anatomy) -> HexMesh:
     """Both ventricles, with the insertion line and its creases."""
-    return biventricular_template(analyse(biv_sample.mask), (2, 12, 8))
+    return biventricular_template(biv_anatomy, (2, 12, 8))
 
 
-@pytest.fixture(scope="session", params=["lv", "biv"])
+@pytest.fixture(scope="session")
+def biv_patched(biv_anatomy: Anatomy) -> HexMesh:
+    return biventricular_template(biv_anatomy, (2, 12, 8), apex="patch")
+
+
+@pytest.fixture(scope="session", params=["lv", "holed", "patched", "biv", "biv_patched"])
 def mesh(request: pytest.FixtureRequest) -> HexMesh:
     found: HexMesh = request.getfixturevalue(request.param)
     return found
