@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from heartgen import samples
+    from heartgen.comparison import compare
     from heartgen.images import Mask, mask_from_array, read_labels, read_mask
     from heartgen.mesh import HexMesh
     from heartgen.options import Options
@@ -20,6 +21,7 @@ __all__ = [
     "Options",
     "Personalization",
     "__version__",
+    "compare",
     "mask_from_array",
     "personalize",
     "personalize_levels",
@@ -33,6 +35,7 @@ _HOMES = {
     "Mask": "heartgen.images",
     "Options": "heartgen.options",
     "Personalization": "heartgen.pipeline",
+    "compare": "heartgen.comparison",
     "mask_from_array": "heartgen.images",
     "personalize": "heartgen.pipeline",
     "personalize_levels": "heartgen.pipeline",

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
-from heartgen.formats.groups import Group, named_groups
+from heartgen.formats.groups import Group, named_groups, segment_groups
 from heartgen.formats.nodal import nodal_parameters
 from heartgen.formats.skeleton import Skeleton, skeleton
 from heartgen.mesh.bernstein import lattice
@@ -161,7 +161,8 @@ def ex_model(
     mesh : HexMesh
     fields : iterable of MeshField
     groups : mapping of str to (n,) or (n, 2) int, optional
-        More groups, see `heartgen.formats.groups.named_groups`.
+        More groups, see `heartgen.formats.groups.named_groups`; a field of AHA segments makes a
+        group of each.
 
     Returns
     -------
@@ -175,7 +176,9 @@ def ex_model(
     fields = fitting(fields, mesh.n_elements)
     geometry = _hermite(mesh) if mesh.topology.basis == "hermite" else _lagrange(mesh)
     parts = skeleton(mesh.topology)
-    named = named_groups(mesh.topology, parts, geometry.nodes, groups)
+    named = named_groups(
+        mesh.topology, parts, geometry.nodes, {**segment_groups(fields), **(groups or {})}
+    )
     for field in fields:
         if "," in field.name or field.name in (*RESERVED, *named):
             raise MeshError(

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
+from heartgen.fields.catalogue import AHA
+from heartgen.fields.segments import SEGMENTS
 from heartgen.formats.skeleton import COLLAPSED, Skeleton, face_corners
 from heartgen.mesh.bases import CORNERS
+from heartgen.mesh.field import MeshField
 from heartgen.mesh.hexmesh import Topology
 from heartgen.mesh.surfaces import face_coefficients
 
@@ -104,6 +107,19 @@ def named_groups(
         none = np.zeros(0, dtype=np.intp)
         groups.setdefault(APEX, Group(none, none, none, np.intersect1d(on_epi, at_pole)))
     return groups
+
+
+def segment_groups(fields: Iterable[MeshField]) -> dict[str, NDArray[np.intp]]:
+    """Elements (n,) of each AHA segment, by a name with its number, if a field tells them."""
+    for field in fields:
+        if field.name == AHA and field.per_element:
+            segment = field.values[:, 0]
+            return {
+                f"AHA segment {number} {name}": np.flatnonzero(segment == number)
+                for number, name in SEGMENTS.items()
+                if np.any(segment == number)
+            }
+    return {}
 
 
 def _check(name: str, members: NDArray[np.intp], topology: Topology) -> None:

@@ -1,0 +1,139 @@
+"""`compare`: what a pair or a series of meshes of one heart tells about its motion."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Protocol
+
+import numpy as np
+
+from heartgen.errors import InputError, MeshError
+from heartgen.fields import Indices, Strains, clinical_indices, global_strains
+from heartgen.mesh import HexMesh
+
+
+class HasMesh(Protocol):
+    """A result of `heartgen.personalize`, or whatever else has a mesh."""
+
+    @property
+    def mesh(self) -> HexMesh:
+        """The mesh; mm, world (LPS)."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A heart in several states.
+
+    Attributes
+    ----------
+    names : tuple of str
+    indices : tuple of Indices
+        Clinical indices of each state.
+    diastole, systole : int
+        States with the largest and the smallest left cavity, counted from 0.
+    lv_stroke_volume, lv_ejection_fraction : float
+        Difference of the left cavity's volume between these, ml, and as a share of the largest.
+    rv_stroke_volume, rv_ejection_fraction : float or None
+        Of the right cavity, from its own largest to its own smallest volume; None without one.
+    strains : tuple of Strains or None
+        Of each state against the diastole; None where elements do not correspond.
+    notes : tuple of str
+        Why strains are missing.
+    """
+
+    names: tuple[str, ...]
+    indices: tuple[Indices, ...]
+    diastole: int
+    systole: int
+    lv_stroke_volume: float
+    lv_ejection_fraction: float
+    rv_stroke_volume: float | None
+    rv_ejection_fraction: float | None
+    strains: tuple[Strains | None, ...]
+    notes: tuple[str, ...] = ()
+
+    def to_json(self) -> str:
+        """JSON text."""
+        return json.dumps(asdict(self), indent=1, allow_nan=False)
+
+    def __str__(self) -> str:
+        lines = [
+            f"{self.names[self.diastole]} to {self.names[self.systole]}: "
+            f"ejection fraction {self.lv_ejection_fraction:.1%}"
+        ]
+        found = self.strains[self.systole]
+        if found is not None:
+            lines.append(
+                f"  strains: longitudinal {found.longitudinal:+.1%}, circumferential "
+                f"{found.circumferential:+.1%}, radial {found.radial:+.1%}"
+            )
+        return "\n".join(lines + [f"  note: {note}" for note in self.notes])
+
+
+def compare(
+    results: Sequence[HasMesh | HexMesh],
+    names: Sequence[str] | None = None,
+    septum: Sequence[float] | None = None,
+) -> Comparison:
+    """Compare meshes of one heart in several states, such as diastole and systole.
+
+    Parameters
+    ----------
+    results : sequence of Personalization or HexMesh
+        At least two, fitted with the same options: strains need elements that correspond.
+    names : sequence of str, optional
+        Of the states; numbered from 1 if omitted.
+    septum : (3,) float, optional
+        Direction from the left ventricle to the septum, see `heartgen.fields.heart_axes`.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    InputError
+        If there is nothing to compare.
+    """
+    meshes = [each if isinstance(each, HexMesh) else each.mesh for each in results]
+    called = tuple(str(n + 1) for n in range(len(meshes))) if names is None else tuple(names)
+    if len(meshes) < 2 or len(called) != len(meshes):
+        raise InputError(
+            f"{len(meshes)} meshes and {len(called)} names make no comparison: give at least two "
+            "meshes of one heart, and a name for each or none"
+        )
+    indices = tuple(clinical_indices(mesh, septum) for mesh in meshes)
+    left = np.array([found.lv_cavity_volume for found in indices])
+    right = [found.rv_cavity_volume for found in indices if found.rv_cavity_volume is not None]
+    diastole, systole = int(left.argmax()), int(left.argmin())
+    rv_stroke = max(right) - min(right) if len(right) == len(meshes) else None
+    strains, notes = _strains(meshes, called, diastole)
+    return Comparison(
+        names=called,
+        indices=indices,
+        diastole=diastole,
+        systole=systole,
+        lv_stroke_volume=float(left.max() - left.min()),
+        lv_ejection_fraction=float(1 - left.min() / left.max()),
+        rv_stroke_volume=rv_stroke,
+        rv_ejection_fraction=None if rv_stroke is None else rv_stroke / max(right),
+        strains=strains,
+        notes=notes,
+    )
+
+
+def _strains(
+    meshes: Sequence[HexMesh], names: Sequence[str], reference: int
+) -> tuple[tuple[Strains | None, ...], tuple[str, ...]]:
+    """Strains of all meshes against one of them, and why some are missing."""
+    strains: list[Strains | None] = []
+    notes = []
+    for mesh, name in zip(meshes, names, strict=True):
+        try:
+            strains.append(global_strains(meshes[reference], mesh))
+        except MeshError as error:
+            strains.append(None)
+            notes.append(f"{name}: no strains against {names[reference]}: {error}")
+    return tuple(strains), tuple(notes)
