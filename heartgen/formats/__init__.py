@@ -3,12 +3,14 @@
 from heartgen.formats.ex1 import write_ex1
 from heartgen.formats.exf import write_exf
 from heartgen.formats.files import Written, replacing, write_text
+from heartgen.formats.resampling import Resampling
 from heartgen.formats.table import FORMATS, Format, file_name, write_mesh
 from heartgen.formats.vtu import write_vtu
 
 __all__ = [
     "FORMATS",
     "Format",
+    "Resampling",
     "Written",
     "file_name",
     "replacing",

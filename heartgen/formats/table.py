@@ -7,17 +7,30 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from heartgen.errors import InputError
+from heartgen.formats.abaqus import write_abaqus
+from heartgen.formats.cheart import write_cheart
 from heartgen.formats.ex1 import write_ex1
 from heartgen.formats.exf import write_exf
+from heartgen.formats.febio import write_febio
 from heartgen.formats.files import Written
+from heartgen.formats.grids import write_cells_vtu, write_xdmf
 from heartgen.formats.mfem import write_mfem
 from heartgen.formats.msh import write_msh
+from heartgen.formats.opencarp import write_opencarp
+from heartgen.formats.resampling import Resampled, Resampling
+from heartgen.formats.resampling.writing import CellFormat, CellWriter
+from heartgen.formats.surfaces import write_glb, write_obj, write_ply, write_stl
 from heartgen.formats.vtu import write_bezier_vtu, write_legacy_vtk, write_vtu
 from heartgen.mesh.field import MeshField, fitting
 from heartgen.mesh.hexmesh import HexMesh
 
 Writer = Callable[[HexMesh, Path, tuple[MeshField, ...]], Written]
 """Writes a mesh and its fields, and says which files it made and what the user should know."""
+
+SurfaceWriter = Callable[[Resampled, Path], Written]
+
+SURFACE_PIECES = (1, 6, 6)
+"""Pieces of elements for their surfaces alone: within 0.05 mm of a usual human heart on average."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +46,7 @@ class Format:
     title : str
         What it is and whose, for people.
     write : Writer
+        A `CellFormat` if the mesh is resampled to simple cells, which can then be chosen.
     fields : bool
         False if it has no place for fields; the writer is then given none.
     exact : bool
@@ -54,6 +68,30 @@ def _table(*formats: Format) -> dict[str, Format]:
     return {each.name: each for each in formats}
 
 
+def _of_cells(
+    name: str,
+    ending: str,
+    title: str,
+    write: CellWriter,
+    kind: str,
+    fields: bool = True,
+    only_directions: bool = False,
+) -> Format:
+    """A format of simple cells."""
+    how = CellFormat(write, Resampling(kind), only_directions)
+    return Format(name, ending, title, how, fields=fields, exact=False)
+
+
+def _of_surfaces(name: str, ending: str, title: str, write: SurfaceWriter) -> Format:
+    """A format of triangles."""
+    how = CellFormat(
+        lambda cells, path, _: write(cells, path),
+        Resampling("tet4", SURFACE_PIECES),
+        only_surfaces=True,
+    )
+    return Format(name, ending, title, how, fields=False, exact=False)
+
+
 FORMATS = _table(
     Format("exf", ".exf", "EX version 3: OpenCMISS, zinc, scaffoldmaker", write_exf),
     Format("ex1", ".exelem", "EX version 1, two files: cmGui and tools of its time", write_ex1),
@@ -62,6 +100,16 @@ FORMATS = _table(
     Format("vtk", ".vtk", "legacy VTK 5.1, cubic cells: ParaView, meshio", write_legacy_vtk),
     Format("msh", ".msh", "Gmsh MSH 2.2, order 3: Gmsh, MFEM", write_msh),
     Format("mfem", ".mesh", "MFEM, order 3", write_mfem),
+    _of_cells("vtu-cells", ".vtu", "VTK, simple cells: ParaView, svFSI", write_cells_vtu, "hex8"),
+    _of_cells("xdmf", ".xdmf", "XDMF: FEniCS, ParaView", write_xdmf, "tet4"),
+    _of_cells("inp", ".inp", "Abaqus, CalculiX", write_abaqus, "hex8", only_directions=True),
+    _of_cells("feb", ".feb", "FEBio", write_febio, "hex8"),
+    _of_cells("pts", ".pts", "openCARP", write_opencarp, "tet4", only_directions=True),
+    _of_cells("cheart", ".x", "CHeart", write_cheart, "tet10", fields=False),
+    _of_surfaces("stl", ".stl", "STL, surfaces: 3-D printing", write_stl),
+    _of_surfaces("ply", ".ply", "PLY, surfaces", write_ply),
+    _of_surfaces("obj", ".obj", "Wavefront OBJ, surfaces", write_obj),
+    _of_surfaces("glb", ".glb", "glTF, surfaces: browsers, slides, augmented reality", write_glb),
 )
 """All formats by name. Of those with the same ending, the first is meant by a file name."""
 
@@ -71,6 +119,7 @@ def write_mesh(
     path: str | Path,
     fields: Iterable[MeshField] = (),
     format: str | None = None,
+    cells: Resampling | None = None,
 ) -> Written:
     """Write a mesh in the format that is named, or that its file name asks for.
 
@@ -83,24 +132,31 @@ def write_mesh(
         Written along if the format has a place for them.
     format : str, optional
         One of `FORMATS`; by the ending of the file name if omitted.
+    cells : Resampling, optional
+        Simple cells to which the mesh is resampled; the usual ones of the format if omitted.
 
     Returns
     -------
     Written
-        The files, and notes on what they do not hold.
+        The files, and notes on what they do not hold, and on what resampling has cost.
 
     Raises
     ------
     InputError
-        If there is no such format, or the file name does not end as its files do.
+        If there is no such format, the file name does not end as its files do, or the format holds
+        no simple cells and they were asked for.
     MeshError
         If the format cannot hold the mesh, or a field is not one of this mesh.
     HeartgenError
         If the file cannot be written.
     """
-    chosen = format_of(path, format)
+    chosen = format_of(path, format, simple=cells is not None)
     fields = fitting(fields, mesh.n_elements)
-    written = chosen.write(mesh, Path(path), fields if chosen.fields else ())
+    taken = fields if chosen.fields else ()
+    if isinstance(chosen.write, CellFormat):
+        written = chosen.write(mesh, Path(path), taken, cells)
+    else:
+        written = chosen.write(mesh, Path(path), taken)
     if fields and not chosen.fields:
         names = ", ".join(field.name for field in fields)
         note = f"{Path(path).name} does not hold the fields, which have no place in it: {names}"
@@ -115,14 +171,28 @@ def file_name(stem: str, name: str) -> str:
     return f"{stem}{ending}" if usual.name == name else f"{stem}-{name}{ending}"
 
 
-def format_of(path: str | Path, name: str | None = None) -> Format:
-    """Format by its name, or by the ending of a file name; `InputError` if there is none."""
+def format_of(path: str | Path, name: str | None = None, simple: bool = False) -> Format:
+    """Format by its name, or by the ending of a file name; `InputError` if there is none.
+
+    With `simple`, only formats of simple cells will do.
+    """
     candidates = list(FORMATS.values()) if name is None else [_named(name)]
+    if simple:
+        candidates = [each for each in candidates if isinstance(each.write, CellFormat)]
     for each in candidates:
-        if each.ending == Path(path).suffix.lower():
+        if _ends(path, each):
             return each
+    if not candidates or (simple and any(_ends(path, each) for each in FORMATS.values())):
+        raise InputError(
+            f"{path}: This format holds the mesh itself: leave out the choice of cells."
+        )
     endings = " or ".join(dict.fromkeys(each.ending for each in candidates))
     raise InputError(f"{path}: A mesh cannot be written in this format: end the name in {endings}.")
+
+
+def _ends(path: str | Path, format: Format) -> bool:
+    """Whether a file name ends as files of a format do."""
+    return format.ending == Path(path).suffix.lower()
 
 
 def _named(name: str) -> Format:

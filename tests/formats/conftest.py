@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from heartgen import samples
+from heartgen.anatomy import analyse
 from heartgen.mesh import HexMesh
 from heartgen.mesh.hermite import cup_topology
+from heartgen.templates import biventricular_template
 from heartgen.templates.ellipsoid import TruncatedEllipsoid
 from heartgen.templates.lv import ellipsoid_mesh
 
@@ -22,7 +25,7 @@ CUPS = {
 }
 
 
-def cup(name: str) -> HexMesh:
+def cup(name: str, apex: str = "collapsed") -> HexMesh:
     """A cup, tilted and slightly uneven so that no two places or derivatives agree by symmetry."""
     elements, pieces = CUPS[name]
     shape = TruncatedEllipsoid(
@@ -34,7 +37,7 @@ def cup(name: str) -> HexMesh:
         wall=10.0,
         apex=7.0,
     )
-    mesh = ellipsoid_mesh(shape, elements)
+    mesh = ellipsoid_mesh(shape, elements, apex=apex, hole=6.0)
     uneven = 0.05 * np.random.default_rng(3).standard_normal(mesh.dofs.shape)
     tilt = np.linalg.qr(np.array([[2.0, 1.0, 0.5], [-1.0, 2.0, 0.3], [0.1, -0.4, 2.0]]))[0]
     tilt *= np.linalg.det(tilt)
@@ -79,3 +82,27 @@ def turned() -> HexMesh:
     )
     uneven = 0.1 * np.random.default_rng(4).standard_normal(unique.shape)
     return HexMesh(unique + uneven, topology)
+
+
+@pytest.fixture(scope="session")
+def bricks(turned: HexMesh) -> HexMesh:
+    """The same two bricks with all of their outside named: no element collapses."""
+    outside = [(0, 0), (0, 2), (0, 3), (0, 4), (0, 5), (1, 0), (1, 1), (1, 2), (1, 3), (1, 5)]
+    named = replace(turned.topology, surfaces={"epi": np.array(outside)})
+    return replace(turned, topology=named)
+
+
+@pytest.fixture(scope="session")
+def biv() -> HexMesh:
+    """Both ventricles."""
+    return biventricular_template(analyse(samples.biv(2.5).mask, "auto", "biv"), (2, 12, 8))
+
+
+@pytest.fixture(scope="session")
+def hole() -> HexMesh:
+    return cup("1x12x6", "hole")
+
+
+@pytest.fixture(scope="session")
+def patch() -> HexMesh:
+    return cup("1x12x6", "patch")
