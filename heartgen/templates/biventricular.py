@@ -20,7 +20,7 @@ from heartgen.mesh.hexmesh import HexMesh, Topology
 from heartgen.mesh.quadrature import gauss_square
 from heartgen.options import Apex
 from heartgen.templates.chart import Chart, fit_chart
-from heartgen.templates.disc import FACE_GAUSS, Disc, fit_disc
+from heartgen.templates.disc import FACE_GAUSS, Disc, fit_disc, radius_of
 from heartgen.templates.ellipsoid import fit_ellipsoid
 from heartgen.templates.rays import RayGrid, cast_rays
 from heartgen.templates.spacing import best_spacing
@@ -67,8 +67,8 @@ def biventricular_template(
     if anatomy.rv is None:
         raise AnatomyError("the mask holds no right ventricle: fit a template of the left one")
     shape = fit_ellipsoid(anatomy)
-    radial, around, along = elements
-    grid = RayGrid(shape, best_spacing(shape, radial, along, graded, apex, hole))
+    _, around, along = elements
+    grid = RayGrid(shape, best_spacing(shape, elements, graded, apex, hole))
     first_row = max(sheet_of(apex, around, along).first_row, 1)
     hits = cast_rays(anatomy, grid)
     chart = fit_chart(grid, hits, elements, anatomy.rv.wall_thickness, first_row)
@@ -88,8 +88,13 @@ def _laid_out(chart: Chart) -> Disc:
         endo, _, _, epi = chart.surfaces(angle / per_column % around, row)
         return (endo + epi) / 2
 
+    def polar(row: NDArray[np.float64]) -> NDArray[np.float64]:
+        rays = np.asarray(chart.rows(row))
+        return (chart.grid.spacing.polar(0, rays) + chart.grid.spacing.polar(1, rays)) / 2
+
     sheet = sheet_of("patch", around, chart.along, corner=corner)
-    return fit_disc(sheet, corner, lambda column: per_column * column, surface)
+    radius = radius_of(polar, chart.along)
+    return fit_disc(sheet, corner, lambda column: per_column * column, radius, surface)
 
 
 def _fit_surfaces(topology: Topology, chart: Chart, disc: Disc | None) -> HexMesh:

@@ -1,9 +1,10 @@
 """Where the faces of a square patch lie: a map from the patch and the first ring onto a disc.
 
-The disc is that of the rows: the distance from its middle is the row, the angle that around the
-long axis. The patch is a square bent by a cubic map with the symmetry of the square; the first ring
-leads from it to row 2 with the kink of the parameters that the space of the surfaces prescribes
-(`heartgen.mesh.patch`). The few numbers in this are chosen for the best elements.
+The distance from the middle of the disc is proportional to the angle from the apex, and 1 at row 1;
+the angle is that around the long axis. The patch is a square bent by a cubic map with the symmetry
+of the square; the first ring leads from it to row 2 with the kink of the parameters that the space
+of the surfaces prescribes (`heartgen.mesh.patch`). The few numbers in this are chosen for the best
+elements.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 from scipy.optimize import least_squares
 
 from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN, bernstein
@@ -30,6 +32,9 @@ Angle = Callable[[Array], Array]
 FACE_GAUSS = 5
 """Points per face and direction at which coefficients are fitted: more than a face's 4."""
 
+PER_ROW = 32
+"""Places in a row at which distances on the disc are tabulated."""
+
 RINGS = 3
 """Rows of a sheet that are enough to choose the shape of the patch."""
 
@@ -40,10 +45,10 @@ SQUARENESS = 0.5
 """Weight of the cosine between the faces' directions against the spread of the log of areas."""
 
 STEP = 1e-4
-"""Of the differences that replace the slopes of a surface over the disc, rows."""
+"""Of the differences that replace the slopes of a surface over the disc."""
 
 FOLDED = 1e-6
-"""Area that stands for that of a folded face, whose logarithm does not exist, rows^2."""
+"""Area that stands for that of a folded face, whose logarithm does not exist, mm^2."""
 
 
 @dataclass(frozen=True)
@@ -54,21 +59,35 @@ class Disc:
     ----------
     sheet : Sheet
     dofs : (n, 2) float64
-        Degrees of freedom of the map of the sheet onto the disc, rows.
+        Degrees of freedom of the map of the sheet onto the disc.
+    radius : PchipInterpolator
+        Distance from the middle at rows.
     """
 
     sheet: Sheet
     dofs: Array
+    radius: PchipInterpolator
 
     def polar(self, uv: Array) -> tuple[Array, Array]:
         """Angles (f, q), rad, and rows (f, q) at parameters (q, 2) of every face."""
         x, y = np.moveaxis(evaluate(self.sheet, uv) @ self.dofs, -1, 0)
         shape = (self.sheet.n_faces, len(uv))
-        return np.arctan2(y, x).reshape(shape), np.hypot(x, y).reshape(shape)
+        row = _inverse(self.radius)(np.hypot(x, y))
+        return np.arctan2(y, x).reshape(shape), row.reshape(shape)
+
+
+def radius_of(polar: Callable[[Array], Array], along: int) -> PchipInterpolator:
+    """Distance from the middle of the disc at rows, from the angle from the apex at rows (n,)."""
+    rows = np.linspace(0, along, along * PER_ROW + 1)
+    return PchipInterpolator(rows, polar(rows) / polar(np.ones(1)))
 
 
 def fit_disc(
-    sheet: Sheet, corner: int, angle: Angle, surface: Callable[[Array, Array], Array]
+    sheet: Sheet,
+    corner: int,
+    angle: Angle,
+    radius: PchipInterpolator,
+    surface: Callable[[Array, Array], Array],
 ) -> Disc:
     """Lay the faces of a sheet onto the disc.
 
@@ -80,6 +99,8 @@ def fit_disc(
         Column of a corner of the patch.
     angle : callable
         Of the columns.
+    radius : PchipInterpolator
+        Distance from the middle of the disc at rows.
     surface : callable
         Points (n, 3), mm, at angles (n,) and rows (n,): the surface on which the faces shall be
         good.
@@ -92,7 +113,7 @@ def fit_disc(
     uv, _ = gauss_square(FACE_GAUSS)
 
     def places(of: Sheet, p: Array) -> Array:
-        return _places(of, side, corner, angle, uv, p)
+        return _places(of, side, corner, angle, radius, uv, p)
 
     small = patch_sheet(sheet.around, min(RINGS, int(sheet.index[:, 1].max()) + 1), corner)
     fit = Fit(small, uv)
@@ -101,13 +122,15 @@ def fit_disc(
         sp.csr_array(evaluate(small, uv, d)[judged]) for d in ((0, 0), (1, 0), (0, 1))
     )
 
+    row = _inverse(radius)
+
+    def on(at: Array) -> Array:
+        return surface(np.arctan2(at[:, 1], at[:, 0]), row(np.hypot(*at.T)))
+
     def misfit(p: Array) -> Array:
         dofs = fit.dofs(places(small, p))
         at = value @ dofs
-        slopes = [
-            (_on(surface, at + STEP * e) - _on(surface, at - STEP * e)) / (2 * STEP)
-            for e in np.eye(2)
-        ]
+        slopes = [(on(at + STEP * e) - on(at - STEP * e)) / (2 * STEP) for e in np.eye(2)]
         tangents = [
             d[:, :1] * slopes[0] + d[:, 1:] * slopes[1] for d in (along @ dofs, across @ dofs)
         ]
@@ -121,7 +144,7 @@ def fit_disc(
         return np.concatenate([spread.ravel(), SQUARENESS * cosine])
 
     best = least_squares(misfit, START, xtol=1e-3, ftol=1e-3).x
-    return Disc(sheet, Fit(sheet, uv).dofs(places(sheet, best)))
+    return Disc(sheet, Fit(sheet, uv).dofs(places(sheet, best)), radius)
 
 
 class Fit:
@@ -142,17 +165,25 @@ def evaluate(sheet: Sheet, uv: Array, derivative: tuple[int, int] = (0, 0)) -> s
     return sp.csr_array(sp.kron(sp.eye_array(sheet.n_faces), basis) @ sheet.extraction)
 
 
-def _on(surface: Callable[[Array, Array], Array], at: Array) -> Array:
-    """Points (n, 3) of the surface over places (n, 2) of the disc."""
-    return surface(np.arctan2(at[:, 1], at[:, 0]), np.hypot(*at.T))
+def _inverse(radius: PchipInterpolator) -> PchipInterpolator:
+    """Rows at distances from the middle."""
+    return PchipInterpolator(radius(radius.x), radius.x)
 
 
-def _places(sheet: Sheet, side: int, corner: int, angle: Angle, uv: Array, p: Array) -> Array:
+def _places(
+    sheet: Sheet,
+    side: int,
+    corner: int,
+    angle: Angle,
+    radius: PchipInterpolator,
+    uv: Array,
+    p: Array,
+) -> Array:
     """Places (f q, 2) of all faces on the disc."""
     column, row = (x[:, None] + t for x, t in zip(sheet.index.T, uv.T, strict=True))
     around = angle(column.ravel())
     ring = np.stack([np.cos(around), np.sin(around)], -1).reshape(*row.shape, 2)
-    out = row[..., None] * ring
+    out = radius(row)[..., None] * ring
     # The middle of the first side of the patch lies where its columns are.
     middle = float(angle(np.array([corner + side / 2]))[0])
     frame = np.array([[-np.sin(middle), np.cos(middle)], [np.cos(middle), np.sin(middle)]])
@@ -162,8 +193,10 @@ def _places(sheet: Sheet, side: int, corner: int, angle: Angle, uv: Array, p: Ar
     out[inside] = _bent(square, p)[0] @ frame
     first = sheet.index[:, 1] == 1
     border, leaving = _border(column[first] - corner, side, p)
-    outer = ring[first]
-    hermite = np.stack([border @ frame, leaving @ frame, 2 * outer, outer], -1)
+    outer, rise = ring[first], radius.derivative()
+    hermite = np.stack(
+        [border @ frame, leaving @ frame, float(radius(2)) * outer, float(rise(2)) * outer], -1
+    )
     cubic = bernstein(uv[:, 1]) @ HERMITE_TO_BERNSTEIN
     out[first] = np.einsum("fqxk,qk->fqx", hermite, cubic)
     return np.asarray(out.reshape(-1, 2))

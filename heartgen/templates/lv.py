@@ -11,7 +11,7 @@ from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.quadrature import gauss_square
 from heartgen.mesh.sheet import Sheet
 from heartgen.options import Apex
-from heartgen.templates.disc import FACE_GAUSS, Fit, fit_disc
+from heartgen.templates.disc import FACE_GAUSS, Fit, fit_disc, radius_of
 from heartgen.templates.ellipsoid import TruncatedEllipsoid, fit_ellipsoid
 from heartgen.templates.spacing import Spacing, best_spacing
 
@@ -74,7 +74,7 @@ def ellipsoid_mesh(
     """
     radial, around, along = elements
     sheet = sheet_of(apex, around, along)
-    spacing = best_spacing(shape, radial, along, graded, apex, hole)
+    spacing = best_spacing(shape, elements, graded, apex, hole)
     topology = cup_topology(elements, spacing.grading, apex)
     if apex == "patch":
         endo, epi = _laid_out(shape, spacing, sheet)
@@ -89,15 +89,17 @@ def _laid_out(
     shape: TruncatedEllipsoid, spacing: Spacing, sheet: Sheet
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Degrees of freedom of endo- and epicardium whose faces are laid out on a disc."""
-    middle = spacing.middle()
+
+    def polar(row: NDArray[np.float64]) -> NDArray[np.float64]:
+        return (spacing.polar(0, row) + spacing.polar(1, row)) / 2
 
     def surface(angle: NDArray[np.float64], row: NDArray[np.float64]) -> NDArray[np.float64]:
-        return shape.points(angle, middle.polar(0, row), MIDDLE)
+        return shape.points(angle, polar(row), MIDDLE)
 
     def even(column: NDArray[np.float64]) -> NDArray[np.float64]:
         return 2 * np.pi * column / sheet.around
 
-    disc = fit_disc(sheet, 0, even, surface)
+    disc = fit_disc(sheet, 0, even, radius_of(polar, spacing.value.shape[1] - 1), surface)
     uv, _ = gauss_square(FACE_GAUSS)
     angle, row = (x.ravel() for x in disc.polar(uv))
     fit = Fit(sheet, uv)

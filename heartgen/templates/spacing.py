@@ -22,6 +22,7 @@ from heartgen.errors import InputError
 from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN, bernstein, bernstein_derivative
 from heartgen.mesh.hermite import LINEAR, depth
 from heartgen.mesh.jacobian import QUALITY_GAUSS
+from heartgen.mesh.patch import SIDES
 from heartgen.mesh.quadrature import gauss
 from heartgen.options import Apex
 from heartgen.templates.ellipsoid import TruncatedEllipsoid
@@ -49,29 +50,35 @@ class Spacing:
         Polar angle and its derivative per row at each row's end, on endo- and epicardium, rad.
     grading : (float, float)
         Slopes of the depth at endo- and epicardium, see `heartgen.mesh.hermite.depth`.
+    side : int
+        Elements along a side of the square patch that takes the place of row 0, 0 if there is
+        none. Over the patch the polar angle is proportional to the row.
     """
 
     value: NDArray[np.float64]
     slope: NDArray[np.float64]
     grading: tuple[float, float] = LINEAR
+    side: int = 0
+
+    def hermite(self) -> NDArray[np.float64]:
+        """Value and slope at both ends of each row, (2, rows, 4)."""
+        value, slope = self.value, self.slope
+        out = np.stack([value[:, :-1], slope[:, :-1], value[:, 1:], slope[:, 1:]], -1)
+        if self.side:
+            out[:, 0] = value[:, 1:2] * [0, 1, 1, 1]
+        return out
 
     def polar(self, surface: int, row: NDArray[np.float64]) -> NDArray[np.float64]:
         """Polar angle (n,), rad, on one of the two surfaces at row coordinates (n,)."""
-        value, slope = self.value[surface], self.slope[surface]
-        cell = np.clip(np.floor(row).astype(int), 0, len(value) - 2)
-        hermite = np.stack([value[cell], slope[cell], value[cell + 1], slope[cell + 1]], -1)
-        return np.asarray(np.sum(bernstein(row - cell) * (hermite @ HERMITE_TO_BERNSTEIN.T), 1))
-
-    def middle(self) -> Spacing:
-        """The mean of the two surfaces, as both of them."""
-        value, slope = (x.mean(0, keepdims=True).repeat(2, 0) for x in (self.value, self.slope))
-        return Spacing(value, slope, self.grading)
+        hermite = self.hermite()[surface]
+        cell = np.clip(np.floor(row).astype(int), 0, len(hermite) - 1)
+        coefficients = hermite[cell] @ HERMITE_TO_BERNSTEIN.T
+        return np.asarray(np.sum(bernstein(row - cell) * coefficients, 1))
 
 
 def best_spacing(
     shape: TruncatedEllipsoid,
-    radial: int,
-    rows: int,
+    elements: tuple[int, int, int],
     graded: bool,
     apex: Apex = "collapsed",
     hole: float = 0.0,
@@ -81,10 +88,8 @@ def best_spacing(
     Parameters
     ----------
     shape : TruncatedEllipsoid
-    radial : int
-        Elements across the wall.
-    rows : int
-        Elements from apex to base.
+    elements : (int, int, int)
+        Elements (radial, circumferential, longitudinal).
     graded : bool
         Whether the depth across the wall may be graded; otherwise it is linear.
     apex : {"collapsed", "hole", "patch"}
@@ -94,13 +99,16 @@ def best_spacing(
     Returns
     -------
     Spacing
-        Over a square patch, that is up to row 1, the polar angle is proportional to the row.
+        Above a square patch the rows begin as densely as those of the patch lie, for the mesh is
+        smooth there.
 
     Raises
     ------
     InputError
         If the hole is too wide.
     """
+    radial, around, rows = elements
+    side = around // SIDES if apex == "patch" else 0
     ends = np.array([shape.semi_axes(0)[2], shape.semi_axes(1)[2]])
     even = ends[:, None] * np.linspace(0, 1, rows + 1)
     if apex == "hole":
@@ -115,13 +123,13 @@ def best_spacing(
         if apex == "hole":
             value[1, 0] += step[1, 0] * p[-1]
         if apex == "patch":
-            slope[:, :2] = value[:, 1:2]
+            slope[:, 1] = 2 / side * value[:, 1]
         grading = (1 + float(p[0]), 1 + float(p[1])) if graded else LINEAR
-        return Spacing(value, slope, grading)
+        return Spacing(value, slope, grading, side)
 
     def misfit(p: NDArray[np.float64]) -> NDArray[np.float64]:
         candidate = spacing(p)
-        spread, slant = _meridian(shape, candidate, radial, apex)
+        spread, slant = _meridian(shape, candidate, radial)
         width = np.diff(candidate.value, axis=1) / step[:, 1:]
         return np.concatenate(
             [
@@ -153,15 +161,15 @@ def _hole_angle(shape: TruncatedEllipsoid, radius: float) -> float:
 
 
 def _meridian(
-    shape: TruncatedEllipsoid, spacing: Spacing, radial: int, apex: Apex
+    shape: TruncatedEllipsoid, spacing: Spacing, radial: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Spread of log det J in each element, and cosines of the angle to the radial line.
 
-    That of a square patch is that of the disc, whose det J has the distance from the pole less.
+    A square patch is a disc whose det J lacks the distance from the pole; an element of it has only
+    its share of the spread.
     """
     t, w = gauss(QUALITY_GAUSS)
-    value, slope = spacing.value, spacing.slope
-    hermite = np.stack([value[:, :-1], slope[:, :-1], value[:, 1:], slope[:, 1:]], -1)
+    hermite = spacing.hermite()
     polar = hermite @ HERMITE_TO_BERNSTEIN.T @ bernstein(t).T  # surface, row, point
     speed = hermite @ HERMITE_TO_BERNSTEIN.T @ bernstein_derivative(t).T
     place, tangent = [], []
@@ -181,13 +189,15 @@ def _meridian(
     cross = across[None, :, None]
     det = stretch * here[..., 0] * (cross[..., 0] * along[..., 1] - cross[..., 1] * along[..., 0])
     log_det = np.log(np.maximum(det, FOLDED * np.abs(det).max()))
-    if apex == "patch":
+    if spacing.side:
         log_det[:, 0] -= np.log(t)
     weights = np.einsum("i,j->ij", w, w)
     mean = np.einsum("ersi,si->er", log_det, weights)[..., None, None]
-    spread = ((log_det - mean) * np.sqrt(weights)).ravel()
+    spread = (log_det - mean) * np.sqrt(weights)
+    if spacing.side:
+        spread[:, 0] /= spacing.side
     lengths = np.linalg.norm(np.broadcast_to(cross, along.shape), axis=-1) * np.linalg.norm(
         along, axis=-1
     )
     slant = np.sum(cross * along, axis=-1) / np.maximum(lengths, np.finfo(float).tiny)
-    return spread, slant.ravel()
+    return spread.ravel(), slant.ravel()
