@@ -34,7 +34,8 @@ class Accuracy:
     Attributes
     ----------
     mean, p95, max : float
-        From the mask's isosurface to the mesh's external surface, area-weighted (equation 3.2).
+        From the mask's isosurface to the mesh's external surface, area-weighted (equation 3.2); of
+        a stack, from the contours in its slices, weighted by length.
     reverse_mean, reverse_p95 : float
         From the mesh's external surface to the isosurface.
     symmetric_mean : float
@@ -112,7 +113,12 @@ def assess_quality(mesh: HexMesh) -> Quality:
     )
 
 
-def assess_accuracy(mesh: HexMesh, myocardium: LevelSet, wall_volume: float) -> Accuracy:
+def assess_accuracy(
+    mesh: HexMesh,
+    myocardium: LevelSet,
+    wall_volume: float,
+    outline: Isosurface | None = None,
+) -> Accuracy:
     """Measure the distances between a mesh and the mask it was fitted to.
 
     Parameters
@@ -122,12 +128,17 @@ def assess_accuracy(mesh: HexMesh, myocardium: LevelSet, wall_volume: float) -> 
         Level function of the wall, zero on its surface.
     wall_volume : float
         Volume of the mask, mm^3.
+    outline : Isosurface, optional
+        Contours in the slices of a stack, where only these are data. They take the place of the
+        isosurface, but for the reverse distances and the overlap: there what was interpolated
+        counts as well.
 
     Returns
     -------
     Accuracy
     """
-    target = isosurface(myocardium)
+    surface = isosurface(myocardium)
+    target = surface if outline is None else outline
     faces = mesh.topology.external
     nearest = closest_points(mesh, faces, target.points)
     names = np.repeat(
@@ -135,7 +146,7 @@ def assess_accuracy(mesh: HexMesh, myocardium: LevelSet, wall_volume: float) -> 
     )
     hit = names[nearest.face]
     points, _, area = sample_faces(mesh, faces, REVERSE_SAMPLES)
-    back = _distance_to(target, points)
+    back = _distance_to(surface, points)
     mean = _mean(nearest.distance, target.weights)
     reverse = _mean(back, area)
     return Accuracy(

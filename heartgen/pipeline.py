@@ -277,7 +277,8 @@ def _finish(start: _Start, options: Options, clock: _Clock) -> Personalization:
     if options.basis == "lagrange":
         mesh = mesh.to_lagrange()
     with clock.step("assessment"):
-        accuracy = assess_accuracy(mesh, anatomy.myocardium, anatomy.wall_volume)
+        outline = None if anatomy.slices is None else anatomy.slices.outline
+        accuracy = assess_accuracy(mesh, anatomy.myocardium, anatomy.wall_volume, outline)
         quality = assess_quality(mesh)
     report = Report(
         name=start.mask.name,

@@ -4,6 +4,7 @@ from heartgen.anatomy.analysis import Anatomy, analyse
 from heartgen.anatomy.base import Base, Plane
 from heartgen.anatomy.hole import Cone, cone_through, with_hole
 from heartgen.anatomy.right import RightVentricle
+from heartgen.anatomy.shape import Slices
 
 __all__ = [
     "Anatomy",
@@ -11,6 +12,7 @@ __all__ = [
     "Cone",
     "Plane",
     "RightVentricle",
+    "Slices",
     "analyse",
     "cone_through",
     "with_hole",

@@ -12,17 +12,18 @@ from numpy.typing import NDArray
 from heartgen.anatomy.base import Base, find_base
 from heartgen.anatomy.pools import Pools, find_pools
 from heartgen.anatomy.right import RightVentricle, measure_right
+from heartgen.anatomy.sections import find_sections
+from heartgen.anatomy.shape import POOL_SURFACES, Shape, Slices
 from heartgen.anatomy.sizes import heart_frame, wall_thickness
+from heartgen.anatomy.stacks import shape_of_stack
 from heartgen.anatomy.surfaces import LEAST_WALL, heights, mesh_surfaces, truncated_indicator
 from heartgen.errors import AnatomyError
 from heartgen.images.levelset import LevelSet, signed_distances
 from heartgen.images.mask import Finding, Mask
+from heartgen.images.stack import stack_of
 
 MARGIN = 6
 """Empty voxels kept around the heart: room for smooth surfaces."""
-
-POOL_SURFACES = ("lv_endo", "rv_endo")
-"""Names of the pools' surfaces."""
 
 MIN_WALL_VOXELS = 50
 """Fewer voxels below the base are no ventricle."""
@@ -67,6 +68,9 @@ class Anatomy:
         None if the mask shows a left ventricle alone.
     uncut : Anatomy or None
         The anatomy before an apical hole was cut into it; None if there is no hole.
+    slices : Slices or None
+        What the slices show of a short-axis stack, from which the surfaces were interpolated; None
+        of a mask whose voxels fill the heart.
     """
 
     frame: NDArray[np.float64]
@@ -83,6 +87,7 @@ class Anatomy:
     findings: tuple[Finding, ...]
     rv: RightVentricle | None = None
     uncut: Anatomy | None = None
+    slices: Slices | None = None
 
     def to_world(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """World coordinates (n, 3), mm, LPS, of points (n, 3) in the heart's frame, mm."""
@@ -114,6 +119,15 @@ def analyse(mask: Mask, truncate: float | str = "auto", ventricles: str = "auto"
     AnatomyError
         Naming the measurement that failed and why.
     """
+    stack = stack_of(mask)
+    sections = None if stack is None else find_sections(stack, ventricles)
+    if sections is not None:
+        return _measured(shape_of_stack(sections, truncate))
+    return _measured(_shape_of_volume(mask, truncate, ventricles))
+
+
+def _shape_of_volume(mask: Mask, truncate: float | str, ventricles: str) -> Shape:
+    """Pools, base and surfaces of a mask whose voxels fill the heart."""
     mask = _cropped(mask)
     voxel = float(np.prod(mask.spacing) ** (1 / 3))
     pools = find_pools(mask.voxels, mask.spacing, ventricles)
@@ -132,9 +146,29 @@ def analyse(mask: Mask, truncate: float | str = "auto", ventricles: str = "auto"
         pools = pools.below(heights(solid, base.plane) < 0, mask.spacing)
         solid, levels = _levels(mask, pools)
         wall = mask.voxels & ~pools.blood
-    wall &= heights(solid, base.plane) < 0
-    wall_points = _centres(mask, wall)
-    pool_points = [_below(mask, cavity.pool, base) for cavity in pools]
+    surfaces, thickened = mesh_surfaces(
+        dict(zip(POOL_SURFACES, levels, strict=False)), solid, base, voxel
+    )
+    return Shape(
+        wall=wall,
+        pools=tuple(cavity.pool for cavity in pools),
+        solid=solid,
+        levels=tuple(levels),
+        base=base,
+        voxel=voxel,
+        surfaces=surfaces,
+        myocardium=truncated_indicator(mask, base, voxel),
+        findings=_findings(pools, base, voxel, thickened),
+    )
+
+
+def _measured(shape: Shape) -> Anatomy:
+    """Frame and sizes of a heart whose shape is known."""
+    base, solid, levels, voxel = shape.base, shape.solid, shape.levels, shape.voxel
+    below = heights(solid, base.plane) < 0
+    wall = shape.wall & below
+    wall_points = shape.centres(wall)
+    pool_points = [shape.below(pool) for pool in shape.pools]
     if min(len(points) for points in (wall_points, *pool_points)) < MIN_WALL_VOXELS:
         raise AnatomyError(
             "nothing is left below the basal plane: the opening was taken for the whole ventricle; "
@@ -146,13 +180,10 @@ def analyse(mask: Mask, truncate: float | str = "auto", ventricles: str = "auto"
     outside = -solid.values[wall]
     depth = -base.plane.height(wall_points) / length
     typical, apex = wall_thickness((distances[0], outside), distances[1:], depth, "wall")
-    surfaces, thickened = mesh_surfaces(
-        dict(zip(POOL_SURFACES, levels, strict=False)), solid, base, voxel
-    )
     return Anatomy(
         frame=frame,
-        surfaces=surfaces,
-        myocardium=truncated_indicator(mask, base, voxel),
+        surfaces=shape.surfaces,
+        myocardium=shape.myocardium,
         base=base,
         voxel=voxel,
         length=length,
@@ -161,12 +192,13 @@ def analyse(mask: Mask, truncate: float | str = "auto", ventricles: str = "auto"
         apex_thickness=apex,
         pool_volume=len(pool_points[0]) * voxel**3,
         wall_volume=len(wall_points) * voxel**3,
-        findings=_findings(pools, base, voxel, thickened),
+        findings=shape.findings,
         rv=None
-        if pools.right is None
+        if len(levels) == 1
         else measure_right(
             wall_points, [*distances, outside], pool_points[1], levels[1], frame, voxel
         ),
+        slices=shape.slices,
     )
 
 
@@ -185,12 +217,6 @@ def _levels(mask: Mask, pools: Pools) -> tuple[LevelSet, list[LevelSet]]:
     solid = ndi.binary_fill_holes(mask.voxels | pools.blood)
     first, *others = signed_distances([solid, *(cavity.pool for cavity in pools)], mask.affine)
     return first, others
-
-
-def _below(mask: Mask, voxels: NDArray[np.bool_], base: Base) -> NDArray[np.float64]:
-    """World coordinates of the voxels that are set and lie below the base."""
-    points = _centres(mask, voxels)
-    return points[base.plane.height(points) < 0]
 
 
 def _centres(mask: Mask, voxels: NDArray[np.bool_]) -> NDArray[np.float64]:

@@ -121,13 +121,40 @@ def signed_distances(
     -------
     list of LevelSet
     """
+    return _distances_to([smooth_indicator(shape) for shape in shapes], affine)
+
+
+def level_distances(
+    levels: Sequence[NDArray[np.float64]], affine: NDArray[np.float64]
+) -> list[LevelSet]:
+    """Signed distances to the surfaces that level functions are zero on.
+
+    Parameters
+    ----------
+    levels : sequence of (nx, ny, nz) float64
+        Level functions, negative inside, positive at the grid's borders; about distances in mm near
+        zero.
+    affine : (4, 4) float64
+        Voxel index to world, mm, LPS.
+
+    Returns
+    -------
+    list of LevelSet
+    """
+    return _distances_to([INSIDE - level for level in levels], affine)
+
+
+def _distances_to(
+    smooths: Sequence[NDArray[np.float64]], affine: NDArray[np.float64]
+) -> list[LevelSet]:
+    """Signed distances to where functions that are larger inside cross `INSIDE`."""
     metric = np.ascontiguousarray(affine[:3, :3])
     voxel = float(np.min(np.linalg.norm(metric, axis=0)))
     reach, near = PLANE_REACH * voxel, (SETTLING_REACH * voxel) ** 2
     levels = []
     # Sweeps are serial: one thread for each shape. What follows them is parallel in itself.
     with ThreadPoolExecutor() as pool:
-        for smooth, seeds, normals, nearest in pool.map(lambda s: _propagated(s, affine), shapes):
+        for smooth, seeds, normals, nearest in pool.map(lambda s: _propagated(s, affine), smooths):
             for _ in range(SETTLING_ROUNDS):
                 nearest = _settle(nearest, seeds, normals, metric, near)
             values = _distances(nearest, seeds, normals, metric, smooth > INSIDE, reach)
@@ -136,10 +163,9 @@ def signed_distances(
 
 
 def _propagated(
-    inside: NDArray[np.bool_], affine: NDArray[np.float64]
+    smooth: NDArray[np.float64], affine: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.int32]]:
-    """Smoothed indicator, surface points, their normals, and which of them is each voxel's."""
-    smooth = smooth_indicator(inside)
+    """Smooth function, surface points, their normals, and which of them is each voxel's."""
     seeds, normals, owner = _crossings(smooth, affine)
     return smooth, seeds, normals, _sweep(owner, seeds, normals, affine[:3, :3].copy())
 

@@ -77,7 +77,7 @@ def to_patient(mesh: HexMesh, faces: FaceFreedom, patient: Patient, cut_weight: 
     tangents = [np.matmul(tabulate_face(uv, d), control) for d in ((1, 0), (0, 1))]
     area = np.linalg.norm(np.cross(*tangents), axis=-1) * w
     values, normals = np.empty(area.shape), np.empty(points.shape)
-    weights = area / area.sum()
+    weights = area / area.sum() * _shown(points, area, faces, patient)
     for name, rows in faces.rows.items():
         value, slope = patient.images[name].sample(points[rows].reshape(-1, 3))
         values[rows] = value.reshape(area[rows].shape)
@@ -91,6 +91,22 @@ def to_patient(mesh: HexMesh, faces: FaceFreedom, patient: Patient, cut_weight: 
         values.ravel(),
         weights.ravel(),
     )
+
+
+def _shown(
+    points: NDArray[np.float64],
+    area: NDArray[np.float64],
+    faces: FaceFreedom,
+    patient: Patient,
+) -> NDArray[np.float64]:
+    """How far the patient's images are data at samples (f, s, 3); its mean by area is 1."""
+    shown = patient.confidence(points.reshape(-1, 3)).reshape(area.shape)
+    cut = np.zeros(len(shown), dtype=bool)
+    for name in CUTS:
+        cut[faces.rows.get(name, slice(0))] = True
+    shown[cut] = 1.0  # a cut is where it is, wherever the slices are
+    shown[~cut] *= area[~cut].sum() / (area[~cut] * shown[~cut]).sum()
+    return shown
 
 
 def from_patient(

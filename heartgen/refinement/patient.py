@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.anatomy import Anatomy
+from heartgen.anatomy import Anatomy, Slices
 from heartgen.images.isosurface import Isosurface, isosurface
 from heartgen.images.levelset import LevelSet
 
@@ -28,6 +28,12 @@ CUTS = ("base", "apex")
 FROM_CUT = 1.0
 """Voxels from a cut at which the other surfaces' points begin: what lies closer is its rim."""
 
+INTERPOLATED = 0.02
+"""Weight of what was interpolated between slices against what the slices show."""
+
+NEAR = 0.15
+"""Distance from a slice, over that between slices, at which images are hardly interpolated."""
+
 
 @dataclass(frozen=True)
 class Patient:
@@ -45,6 +51,8 @@ class Patient:
         Unit of distance, mm.
     length : float
         Of the ventricle, mm.
+    slices : Slices or None
+        Where there are data, if the surfaces were interpolated between slices.
     """
 
     images: Mapping[str, LevelSet]
@@ -52,6 +60,14 @@ class Patient:
     few: Mapping[str, Isosurface]
     voxel: float
     length: float
+    slices: Slices | None = None
+
+    def confidence(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How far the images may be believed at points (n, 3), mm, world (LPS): (n,), up to 1."""
+        if self.slices is None:
+            return np.ones(len(points))
+        away = self.slices.away(points) / (NEAR * self.slices.distance)
+        return np.asarray(INTERPOLATED + (1 - INTERPOLATED) * np.exp(-(away**2)))
 
 
 def patient_of(anatomy: Anatomy) -> Patient:
@@ -68,15 +84,33 @@ def patient_of(anatomy: Anatomy) -> Patient:
     points, few = {}, {}
     for name, level in anatomy.surfaces.items():
         if name not in CUTS:
-            whole = isosurface(level)
-            beyond = anatomy.base.plane.height(whole.points)
-            if "apex" in anatomy.surfaces:
-                beyond = np.maximum(beyond, anatomy.surfaces["apex"].sample(whole.points)[0])
-            part = whole.part(beyond < -FROM_CUT * anatomy.voxel)
+            part = _away_from_cuts(isosurface(level), anatomy)
             points[name] = replace(part, weights=_areas(part.normals, level.affine))
             few[name] = _thinned(points[name], anatomy)
+            if anatomy.slices is not None:
+                contours = _away_from_cuts(anatomy.slices.contours[name], anatomy)
+                points[name] = few[name] = _with_contours(few[name], contours)
     voxel = min(anatomy.voxel, anatomy.length / VOXELS_PER_LENGTH)
-    return Patient(anatomy.surfaces, points, few, voxel, anatomy.length)
+    return Patient(anatomy.surfaces, points, few, voxel, anatomy.length, anatomy.slices)
+
+
+def _away_from_cuts(surface: Isosurface, anatomy: Anatomy) -> Isosurface:
+    """The points of a surface that are not beyond a cut nor at its rim."""
+    beyond = anatomy.base.plane.height(surface.points)
+    if "apex" in anatomy.surfaces:
+        beyond = np.maximum(beyond, anatomy.surfaces["apex"].sample(surface.points)[0])
+    return surface.part(beyond < -FROM_CUT * anatomy.voxel)
+
+
+def _with_contours(surface: Isosurface, contours: Isosurface) -> Isosurface:
+    """Contours, and with little weight the surface that was interpolated between them."""
+    share = INTERPOLATED * contours.weights.sum() / surface.weights.sum()
+    return Isosurface(
+        np.concatenate([contours.points, surface.points]),
+        contours.triangles,
+        np.concatenate([contours.weights, share * surface.weights]),
+        np.concatenate([contours.normals, surface.normals]),
+    )
 
 
 def _thinned(surface: Isosurface, anatomy: Anatomy) -> Isosurface:

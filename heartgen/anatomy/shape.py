@@ -1,0 +1,100 @@
+"""The shape of a heart on a grid, before it is measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heartgen.anatomy.base import Base
+from heartgen.images.isosurface import Isosurface
+from heartgen.images.levelset import LevelSet
+from heartgen.images.mask import Finding
+
+POOL_SURFACES = ("lv_endo", "rv_endo")
+"""Names of the pools' surfaces."""
+
+
+@dataclass(frozen=True)
+class Slices:
+    """What the slices of a stack show.
+
+    Attributes
+    ----------
+    contours : mapping of str to Isosurface
+        Points on the contours of the parts, for the surface of the mesh that they belong to;
+        normals are those of the interpolated surfaces, weights the length of the contour times the
+        distance between slices, mm^2; no triangles.
+    outline : Isosurface
+        Points on the contours of the mask itself, in the slices that show a pool: what accuracy is
+        measured against.
+    normal : (3,) float64
+        Of the slices, from apex to base, world (LPS).
+    heights : (n,) float64
+        Of the slices over the origin of the world along the normal, mm.
+    distance : float
+        Between neighbouring slices, mm.
+    """
+
+    contours: Mapping[str, Isosurface]
+    outline: Isosurface
+    normal: NDArray[np.float64]
+    heights: NDArray[np.float64]
+    distance: float
+
+    def away(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Distance (n,) of points (n, 3), mm, world (LPS), to the nearest slice, mm."""
+        height = points @ self.normal
+        after = np.clip(np.searchsorted(self.heights, height), 1, len(self.heights) - 1)
+        near = [np.abs(height - self.heights[after - k]) for k in (0, 1)]
+        return np.asarray(np.minimum(*near))
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Wall, pools, base and surfaces.
+
+    Attributes
+    ----------
+    wall : (nx, ny, nz) bool
+        Myocardium without what was taken for pool.
+    pools : tuple of (nx, ny, nz) bool
+        The left pool, then the right one if there is one.
+    solid : LevelSet
+        Signed distance of wall and pools together.
+    levels : tuple of LevelSet
+        Signed distance of each pool.
+    base : Base
+    voxel : float
+        Edge of a cube with the volume of a voxel, mm.
+    surfaces : mapping of str to LevelSet
+    myocardium : LevelSet
+        These two as in `Anatomy`.
+    findings : tuple of Finding
+    slices : Slices or None
+        What was not interpolated; None if nothing was.
+    """
+
+    wall: NDArray[np.bool_]
+    pools: tuple[NDArray[np.bool_], ...]
+    solid: LevelSet
+    levels: tuple[LevelSet, ...]
+    base: Base
+    voxel: float
+    surfaces: Mapping[str, LevelSet]
+    myocardium: LevelSet
+    findings: tuple[Finding, ...]
+    slices: Slices | None = None
+
+    def centres(self, voxels: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """World coordinates (n, 3), mm, LPS, of the voxels that are set."""
+        affine = self.solid.affine
+        index = np.argwhere(voxels).astype(float)
+        return np.asarray(index @ affine[:3, :3].T + affine[:3, 3])
+
+    def below(self, voxels: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """World coordinates (n, 3) of the voxels that are set and lie below the base."""
+        points = self.centres(voxels)
+        return points[self.base.plane.height(points) < 0]

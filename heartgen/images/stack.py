@@ -1,0 +1,89 @@
+"""A stack of slices: the planes of a mask that carry data, far apart along their normal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heartgen.images.mask import Mask
+
+
+@dataclass(frozen=True)
+class Stack:
+    """Slices of a mask, in order along their normal.
+
+    Attributes
+    ----------
+    pixels : (n, nx, ny) bool
+        Myocardium in each slice; at least `MARGIN` empty pixels around the heart.
+    heights : (n,) float64
+        Places of the slices along the normal, rising, mm.
+    distance : float
+        From a slice to the next, mm: of the slab that a slice stands for.
+    affine : (4, 4) float64
+        Pixel indices and height (i, j, mm) to the world, mm, LPS.
+    """
+
+    pixels: NDArray[np.bool_]
+    heights: NDArray[np.float64]
+    distance: float
+    affine: NDArray[np.float64]
+
+    @property
+    def spacing(self) -> NDArray[np.float64]:
+        """Pixel size, (2,) float64, mm."""
+        return np.asarray(np.linalg.norm(self.affine[:3, :2], axis=0))
+
+    @property
+    def normal(self) -> NDArray[np.float64]:
+        """Direction of the rising heights, (3,) float64, world (LPS)."""
+        return self.affine[:3, 2]
+
+    def to_world(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+        """World coordinates (n, 3), mm, LPS, of pixel indices and heights (n, 3)."""
+        return np.asarray(places @ self.affine[:3, :3].T + self.affine[:3, 3])
+
+    def reversed(self) -> Stack:
+        """Return the same slices in the opposite order."""
+        affine = self.affine.copy()
+        affine[:3, 2] *= -1
+        return Stack(self.pixels[::-1], -self.heights[::-1], self.distance, affine)
+
+
+MARGIN = 6
+"""Empty pixels kept around the heart."""
+
+
+def stack_of(mask: Mask) -> Stack | None:
+    """Slices of a mask whose planes with data lie far apart; None of a (nearly) isotropic one.
+
+    Parameters
+    ----------
+    mask : Mask
+
+    Returns
+    -------
+    Stack or None
+    """
+    axis = mask.stack_axis
+    if axis is None:
+        return None
+    planes = np.flatnonzero(mask.planes)
+    step = int(np.median(np.diff(planes))) if len(planes) > 1 else 1
+    first, second = (a for a in range(3) if a != axis)
+    pixels = np.moveaxis(mask.voxels, axis, 0)[planes]
+    corners = np.argwhere(pixels.any(0))
+    low, high = corners.min(0), corners.max(0) + 1
+    box = pixels[:, low[0] : high[0], low[1] : high[1]]
+    affine = np.eye(4)
+    affine[:3, :2] = mask.affine[:3, [first, second]]
+    affine[:3, 2] = mask.affine[:3, axis] / mask.spacing[axis]
+    affine[:3, 3] = mask.affine[:3, 3] + affine[:3, :2] @ (low - MARGIN)
+    return Stack(
+        np.pad(box, [(0, 0), (MARGIN, MARGIN), (MARGIN, MARGIN)]),
+        np.asarray(planes * float(mask.spacing[axis]), dtype=float),
+        step * float(mask.spacing[axis]),
+        affine,
+    )
