@@ -40,7 +40,7 @@ format: $(READY) ## put the code in its agreed form
 lock: $(READY) ## bring requirements.lock up to date with pyproject.toml
 	UV_CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/uv pip compile pyproject.toml --quiet \
 	    --universal --python-version 3.11 --fork-strategy fewest --generate-hashes \
-	    --extra apps --extra dicom --extra plot --extra dev --output-file requirements.lock
+	    --extra apps --extra cohort --extra dicom --extra plot --extra dev --output-file requirements.lock
 
 binder: $(READY) ## bring binder/requirements.txt up to date with requirements.lock
 	printf '%s\n' '# Made from pyproject.toml and requirements.lock by: make binder' > binder/requirements.txt

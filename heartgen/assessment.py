@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
@@ -179,7 +180,7 @@ def _parts(
 
 def _distance_to(target: Isosurface, points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Distance to the isosurface: to the nearest vertex's tangent plane where that is close."""
-    far, nearest = cKDTree(target.points).query(points, workers=-1)
+    far, nearest = cKDTree(target.points).query(points, workers=nb.get_num_threads())
     reach = np.sqrt(np.median(target.weights))
     offset = points - target.points[nearest]
     along = np.abs(np.einsum("nx,nx->n", offset, target.normals[nearest]))

@@ -48,3 +48,28 @@ def needing(whose: str, extra: str) -> Iterator[None]:
             f"{whose} the package {error.name}, which is not installed: "
             f"pip install 'heartgen[{extra}]'"
         ) from error
+
+
+def sentence(error: Exception) -> str:
+    """Say what went wrong and what to do.
+
+    Parameters
+    ----------
+    error : Exception
+
+    Returns
+    -------
+    str
+        That of a HeartgenError; of others, one that does not leave a user alone with a traceback.
+    """
+    if isinstance(error, HeartgenError):
+        return str(error)
+    if isinstance(error, MemoryError):
+        return (
+            "the image needs more memory than there is here: crop it to the heart, or resample it "
+            "to larger voxels"
+        )
+    return (
+        f"heartgen itself failed ({type(error).__name__}: {error}): please report it, with the "
+        "mask if it may be shared"
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from math import isfinite
 from typing import Literal, get_args
@@ -153,3 +154,27 @@ class Options:
 def usual_elements(both: bool) -> tuple[int, int, int]:
     """Elements (radial, circumferential, longitudinal) of a left ventricle, or of both."""
     return BIV_ELEMENTS if both else LV_ELEMENTS
+
+
+def elements_from_text(text: str) -> tuple[int, int, int]:
+    """Numbers of elements from a text such as ``1x12x6``; raises InputError for any other."""
+    found = re.fullmatch(r"(\d{1,4})[x×](\d{1,4})[x×](\d{1,4})", text.strip().lower())
+    if found is None:
+        raise InputError(
+            f"elements {text!r} are not three numbers: give radial, circumferential and "
+            "longitudinal, for example 1x12x6"
+        )
+    radial, circumferential, longitudinal = map(int, found.groups())
+    return radial, circumferential, longitudinal
+
+
+def direction_from_text(text: str) -> tuple[float, float, float]:
+    """A direction from a text such as ``-1,-1,0`` or ``-1/-1/0``; raises InputError otherwise."""
+    try:
+        x, y, z = map(float, re.split("[,/]", text))
+    except ValueError:
+        raise InputError(
+            f"direction {text!r} is not three numbers: give x, y and z in the world (LPS), for "
+            "example -1,-1,0"
+        ) from None
+    return x, y, z

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 from traitlets import Any as AnyTrait
 from traitlets import Dict, Enum, Float, HasTraits, Int, Tuple, Unicode
 
-from heartgen.apps.failure import sentence
-from heartgen.errors import Cancelled
+from heartgen.errors import Cancelled, sentence
 from heartgen.options import STEPS
 
 if TYPE_CHECKING:

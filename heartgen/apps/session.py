@@ -22,11 +22,10 @@ from traitlets import Dict, HasTraits, Instance, Int, List, Unicode, observe
 from heartgen.apps.cases import BINARY, Case, analyse_case, load_file, load_sample
 from heartgen.apps.choices import Choices
 from heartgen.apps.costs import Costs
-from heartgen.apps.failure import sentence
 from heartgen.apps.memory import give_back
 from heartgen.apps.runs import Outcome, Post, Run
 from heartgen.apps.steps import StepState
-from heartgen.errors import HeartgenError
+from heartgen.errors import HeartgenError, sentence
 
 if TYPE_CHECKING:
     from heartgen.anatomy import Anatomy

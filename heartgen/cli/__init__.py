@@ -1,4 +1,4 @@
-"""The command line: ``heartgen fit``, ``heartgen inspect`` and ``heartgen demo``."""
+"""The command line: ``heartgen fit``, ``heartgen batch`` and the other commands."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ def main() -> None:
     # Scripts start what ends in & deaf to interrupts: hear them, to be able to cancel cleanly.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        from heartgen.cli.commands import app
+        from heartgen.cli.cohort import app
 
         app(prog_name="heartgen")
     except KeyboardInterrupt:

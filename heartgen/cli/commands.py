@@ -5,7 +5,6 @@ What takes long to import is imported inside the commands, so that ``heartgen --
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -13,7 +12,7 @@ import typer
 
 from heartgen import __version__
 from heartgen.cli.outcome import appearing_together, check_folder, check_picture, errors, told
-from heartgen.errors import InputError, MeshError, needing
+from heartgen.errors import MeshError, needing
 
 if TYPE_CHECKING:
     from heartgen.images import Mask
@@ -191,12 +190,13 @@ def fit(
     """
     with told(debug):
         from heartgen.fields import rule_from_text
-        from heartgen.options import Options
+        from heartgen.images.selecting import Selection
+        from heartgen.options import Options, direction_from_text, elements_from_text
 
         check_folder(out)
         options = Options(
             lod=lod,
-            elements=None if elements is None else _elements(elements),
+            elements=None if elements is None else elements_from_text(elements),
             ventricles=cast("Any", ventricles),  # Options refuses words it does not know
             truncate=_truncation(truncate),
             enhance=not no_enhance,
@@ -206,11 +206,12 @@ def fit(
             apex=cast("Any", apex),
             hole_radius=hole_radius,
             basis=cast("Any", basis),
-            septum=None if septum is None else _direction(septum),
+            septum=None if septum is None else direction_from_text(septum),
         )
         chosen = _fields(fields)
         rule = None if fibre_angles is None else rule_from_text(fibre_angles)
-        result = _personalized(_read(mask, label, labels, rv_wall, ventricles), options)
+        heart = Selection(tuple(label or ()), labels, rv_wall).read(mask, ventricles)
+        result = _personalized(heart, options)
         with appearing_together(out) as folder:
             result.write(folder, fields=chosen, rule=rule)
 
@@ -234,12 +235,13 @@ def inspect(
         from heartgen.anatomy import analyse
         from heartgen.cli.tables import console, show_anatomy, show_image
         from heartgen.formats import replacing
+        from heartgen.images.selecting import Selection
         from heartgen.options import Options
         from heartgen.viewing import draw_slices
 
         check_picture(picture)
         options = Options(truncate=_truncation(truncate), ventricles=cast("Any", ventricles))
-        image = _read(mask, label, labels, rv_wall, ventricles)
+        image = Selection(tuple(label or ()), labels, rv_wall).read(mask, ventricles)
         show_image(image)
         anatomy = analyse(image, options.truncate, options.ventricles)
         show_anatomy(anatomy)
@@ -259,6 +261,7 @@ def demo(
     """Mesh a sample heart, and make a page that shows the result."""
     with told(debug):
         from heartgen import samples
+        from heartgen.images.writing import write_mask
         from heartgen.options import Options
         from heartgen.viewing import view_html
 
@@ -267,7 +270,7 @@ def demo(
         errors.print(heart.description, style="dim", markup=False, soft_wrap=True)
         result = _personalized(heart.mask, Options())
         with appearing_together(out) as folder:
-            _write_mask(heart.mask, folder / "mask.nii.gz")
+            write_mask(heart.mask, folder / "mask.nii.gz")
             result.write(folder)
             with errors.status("making the page"):
                 view_html(result, folder / "index.html")
@@ -357,30 +360,6 @@ def _personalized(mask: Mask, options: Options) -> Personalization:
     return result
 
 
-def _elements(text: str) -> tuple[int, int, int]:
-    """Three numbers, from 1x12x6."""
-    found = re.fullmatch(r"(\d{1,4})[x×](\d{1,4})[x×](\d{1,4})", text.strip().lower())
-    if found is None:
-        raise InputError(
-            f"elements {text!r} are not three numbers: give radial, circumferential and "
-            "longitudinal, for example 1x12x6"
-        )
-    radial, circumferential, longitudinal = map(int, found.groups())
-    return radial, circumferential, longitudinal
-
-
-def _direction(text: str) -> tuple[float, float, float]:
-    """Three numbers, from -1,-1,0."""
-    try:
-        x, y, z = map(float, text.split(","))
-    except ValueError:
-        raise InputError(
-            f"direction {text!r} is not three numbers: give x, y and z in the world (LPS), for "
-            "example -1,-1,0"
-        ) from None
-    return x, y, z
-
-
 def _fields(text: str) -> tuple[str, ...]:
     """Names of fields; all or none of them by one word."""
     from heartgen.fields import FIELDS
@@ -396,41 +375,3 @@ def _truncation(text: str) -> Any:
         return float(text)
     except ValueError:
         return text
-
-
-def _read(
-    path: Path,
-    label: list[str] | None,
-    labels: str | None,
-    rv_wall: float | None,
-    ventricles: str = "auto",
-) -> Mask:
-    """Read a mask, or the myocardium of a label map."""
-    from heartgen.images import read_labels, read_mask
-    from heartgen.images.schemes import label_from_text, scheme_from_text
-    from heartgen.images.ventricles import RV_WALL
-
-    if labels is not None and label:
-        raise InputError(
-            f"{path}: --label and --labels were both given: name the label of the myocardium, or "
-            "say what all labels are"
-        )
-    if labels is None and rv_wall is not None:
-        raise InputError(f"{path}: --rv-wall needs a label map: say what its labels are: --labels")
-    if labels is None:
-        return read_mask(path, label=[*map(label_from_text, label)] if label else None)
-    thickness = RV_WALL if rv_wall is None else rv_wall
-    which: Any = ventricles  # read_labels refuses words it does not know
-    return read_labels(path, scheme_from_text(labels), ventricles=which, rv_wall=thickness)
-
-
-def _write_mask(mask: Mask, path: Path) -> None:
-    """Write a mask as an image that any viewer opens."""
-    import numpy as np
-    import SimpleITK
-
-    image: Any = SimpleITK.GetImageFromArray(mask.voxels.astype(np.uint8).transpose(2, 1, 0))
-    image.SetSpacing(mask.spacing.tolist())
-    image.SetOrigin(mask.affine[:3, 3].tolist())
-    image.SetDirection((mask.affine[:3, :3] / mask.spacing).ravel().tolist())
-    SimpleITK.WriteImage(image, str(path), useCompression=True)

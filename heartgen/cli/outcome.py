@@ -43,8 +43,8 @@ def told(debug: bool) -> Iterator[None]:
     """
     try:
         yield
-    except (KeyboardInterrupt, Cancelled):
-        _say("cancelled, nothing written")
+    except (KeyboardInterrupt, Cancelled) as error:
+        _say(str(error) or "cancelled, nothing written")
         raise typer.Exit(CANCELLED) from None
     except HeartgenError as error:
         if debug:

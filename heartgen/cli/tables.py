@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 import numpy as np
@@ -17,6 +17,7 @@ from rich.text import Text
 from heartgen import pipeline
 from heartgen.anatomy import Anatomy
 from heartgen.cli.outcome import errors
+from heartgen.cohort.summary import Summary
 from heartgen.images import Finding, Mask
 from heartgen.options import STEPS
 from heartgen.report import Report
@@ -170,3 +171,21 @@ def _direction(unit: NDArray[np.float64]) -> str:
 def _vector(components: NDArray[np.float64], digits: int) -> str:
     """Three numbers in brackets."""
     return "({})".format(", ".join(f"{c:.{digits}f}" for c in components))
+
+
+def show_summaries(summaries: Sequence[Summary]) -> None:
+    """Show what the groups of a cohort came to."""
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table.add_column("")
+    for head in ("cases", "success", "valid", "failed", "error", "worst", "Q", "worst"):
+        table.add_column(head, justify="right", no_wrap=True)
+    for group in summaries:
+        counts = (group.cases, group.successes, group.valid, group.failures)
+        figures = [""] * 4
+        if group.error is not None and group.quality is not None:
+            error, quality = group.error, group.quality
+            shown = (error.median, error.largest, quality.median, quality.least)
+            figures = [f"{figure:.3f}" for figure in shown]
+        table.add_row(Text(group.name), *map(str, counts), *figures)
+    console.print(table)
+    console.print("Medians and worst cases; errors are mean distances, in mm.", style="dim")

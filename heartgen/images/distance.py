@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
-
 import edt
+import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,6 +23,5 @@ def inner_distance(voxels: NDArray[np.bool_], spacing: NDArray[np.float64]) -> N
     (nx, ny, nz) float32
         mm between voxel centres; zero outside the shape.
     """
-    threads = os.cpu_count() or 1
     solid = np.ascontiguousarray(voxels)
-    return np.asarray(edt.edt(solid, anisotropy=tuple(spacing), parallel=threads))
+    return np.asarray(edt.edt(solid, anisotropy=tuple(spacing), parallel=nb.get_num_threads()))

@@ -74,7 +74,9 @@ def closest_points(
     v, u = np.meshgrid(t, t, indexing="ij")
     starts = np.stack([u.ravel(), v.ravel()], -1)
     samples = np.matmul(tabulate_face(starts), control)
-    _, nearest = cKDTree(samples.reshape(-1, 3)).query(queries, k=candidates, workers=-1)
+    _, nearest = cKDTree(samples.reshape(-1, 3)).query(
+        queries, k=candidates, workers=nb.get_num_threads()
+    )
     face, start = np.divmod(nearest.reshape(len(queries), -1), len(starts))
     out_face = np.empty(len(queries), dtype=np.int64)
     out_uv = np.empty((len(queries), 2))

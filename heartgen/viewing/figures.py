@@ -15,6 +15,7 @@ from heartgen.images.isosurface import isosurface
 from heartgen.mesh.closest import closest_points
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.viewing.card import SURFACE_NAMES
+from heartgen.viewing.tradeoff import Point, draw_curves
 
 if TYPE_CHECKING:
     from heartgen.pipeline import Personalization
@@ -23,9 +24,6 @@ Array = NDArray[np.float64]
 
 SIZE = (9.6, 2.9)
 """Of the histograms, inches."""
-
-SQUARE = (5.0, 3.6)
-"""Of the comparison, inches."""
 
 BINS = 30
 
@@ -88,19 +86,11 @@ def draw_tradeoff(results: Sequence[Personalization]) -> Figure:
     matplotlib.figure.Figure
         Not bound to any window.
     """
-    figure = Figure(figsize=SQUARE, layout="constrained", facecolor="white")
-    axes = figure.subplots()
-    error = [r.report.accuracy.mean for r in results]
-    quality = [r.report.quality.mean for r in results]
-    axes.plot(error, quality, "o-", color=BLUE)
-    for result, e, q in zip(results, error, quality, strict=True):
-        label = f"LoD {result.options.lod}"
-        axes.annotate(label, (e, q), xytext=(6, 5), textcoords="offset points", fontsize="small")
-    axes.axhline(QUALITY_THRESHOLD, color=ORANGE, linestyle="--", linewidth=1.2)
-    axes.set(xlabel="mean error (mm)", ylabel="mean quality Q", title=results[0].mask.name)
-    axes.margins(0.15)
-    axes.spines[["top", "right"]].set_visible(False)
-    return figure
+    points = [
+        Point(f"LoD {r.options.lod}", r.report.accuracy.mean, r.report.quality.mean)
+        for r in results
+    ]
+    return draw_curves({"": points}, results[0].mask.name)
 
 
 def _error(result: Personalization) -> tuple[Array, Array]:

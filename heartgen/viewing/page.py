@@ -75,7 +75,6 @@ def _fields(report: Report, scale: Scale) -> dict[str, str]:
     """What the template asks for, but for the scene."""
     judged = verdict(report)
     low, high = scale.limits
-    colours = matplotlib.colormaps[scale.colours]
     radial, circumferential, longitudinal = report.options["elements"]
     return {
         "name": html.escape(report.name),
@@ -83,7 +82,7 @@ def _fields(report: Report, scale: Scale) -> dict[str, str]:
         "verdict": html.escape(judged.text),
         "sections": "\n".join(map(_section, sections(report))),
         "notes": "\n".join(f"<li>{html.escape(f.message)}</li>" for f in report.findings),
-        "key": ", ".join(to_hex(colours(i / (STOPS - 1))) for i in range(STOPS)),
+        "key": gradient(scale),
         "key_title": scale.title,
         "key_low": f"{low:g}",
         "key_middle": f"{(low + high) / 2:g}",
@@ -103,6 +102,12 @@ def _section(section: Section) -> str:
         for name, value in section.rows
     )
     return f"<section><h2>{html.escape(section.title)}</h2><table>{rows}</table></section>"
+
+
+def gradient(scale: Scale) -> str:
+    """Colours of a scale, from its lower end on, as a page takes them."""
+    colours = matplotlib.colormaps[scale.colours]
+    return ", ".join(to_hex(colours(i / (STOPS - 1))) for i in range(STOPS))
 
 
 def scene_page(plotter: pv.Plotter) -> str:

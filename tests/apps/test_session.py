@@ -6,9 +6,8 @@ import pytest
 
 from heartgen import pipeline
 from heartgen.apps.costs import Costs
-from heartgen.apps.failure import sentence
 from heartgen.apps.session import ALL_LEVELS, Session, siblings
-from heartgen.errors import HeartgenError
+from heartgen.errors import HeartgenError, sentence
 from heartgen.options import STEPS, Options
 
 

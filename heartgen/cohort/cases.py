@@ -1,0 +1,161 @@
+"""Which hearts: a mask with a name, or all masks of a folder or a table."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from heartgen.errors import InputError
+from heartgen.images import Mask
+from heartgen.images.files import ENDINGS
+from heartgen.images.selecting import Selection
+
+NAME = re.compile(r"[^/\\\0-\x1f:*?\"<>|.][^/\\\0-\x1f:*?\"<>|]*")
+"""A name that every system accepts for a folder, and that hides none."""
+
+BLOCK = 1 << 20
+"""Bytes that are hashed at a time."""
+
+WHOLE = Selection()
+"""Of an image that is a mask."""
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A heart to be meshed.
+
+    Attributes
+    ----------
+    name : str
+        Unlike that of any other case; parts between slashes are folders of the results.
+    source : Path or Mask
+        File to be read, or the mask itself.
+    group : str
+        Cases of a group are counted together in reports.
+    selection : Selection
+        What of the file is the myocardium.
+    choices : mapping of str to value
+        Options of this case alone.
+    """
+
+    name: str
+    source: Path | Mask
+    group: str = ""
+    selection: Selection = WHOLE
+    choices: Mapping[str, Any] = field(default_factory=dict)
+
+    def read(self, ventricles: str = "auto") -> Mask:
+        """The mask; raises InputError where no heart can be meshed from the file."""
+        if isinstance(self.source, Mask):
+            return self.source
+        return self.selection.read(self.source, ventricles)
+
+    def digest(self) -> str:
+        """SHA-256 of the file, of all files of a folder by name, or of voxels and affine."""
+        found = hashlib.sha256()
+        if isinstance(self.source, Mask):
+            found.update(self.source.voxels.tobytes() + self.source.affine.tobytes())
+            return found.hexdigest()
+        for file in _files(self.source):
+            with file.open("rb") as stream:
+                while block := stream.read(BLOCK):
+                    found.update(block)
+        return found.hexdigest()
+
+    def stamp(self) -> list[Any]:
+        """What changes when the case does, without reading it: sizes and times of its files."""
+        told = [self.name, asdict(self.selection)]
+        if isinstance(self.source, Mask):
+            return [*told, self.digest()]
+        states = [file.stat() for file in _files(self.source)]
+        return [*told, *([state.st_size, state.st_mtime_ns] for state in states)]
+
+
+def find_cases(place: Path, selection: Selection = WHOLE) -> list[Case]:
+    """Find the cases of a folder, of a table, or the one of a file.
+
+    Parameters
+    ----------
+    place : Path
+        A folder: every image in it and below is a case, and so is every folder of DICOM files
+        below it; the first folder below is its group. A table, as of `cases_of_table`: every row is
+        a case. Whatever else: an image.
+    selection : Selection
+        What of an image is the myocardium, where there is no table that says it.
+
+    Returns
+    -------
+    list of Case
+        By name, or in the order of the table.
+
+    Raises
+    ------
+    InputError
+        If there are no cases, or a row of the table is not as it has to be.
+    """
+    from heartgen.cohort.tables import TABLES, cases_of_table
+
+    place = place.absolute()  # workers may have another folder of their own
+    if place.is_dir():
+        cases = [_case_in(place, path, selection) for path in sorted(_images(place))]
+        if not cases:
+            raise InputError(
+                f"{place}: there is no image in this folder whose name ends in "
+                f"{', '.join(ENDINGS)}: give another, or a table with a column 'mask'"
+            )
+    elif place.suffix.lower() in TABLES:
+        cases = cases_of_table(place, selection)
+    else:
+        cases = [Case(stem(place), place, selection=selection)]
+    check_names(cases)
+    return cases
+
+
+def check_names(cases: Sequence[Case]) -> None:
+    """Refuse names that cannot be those of folders, and names given twice."""
+    seen: dict[str, str] = {}
+    for case in cases:
+        if not all(NAME.fullmatch(part) for part in case.name.split("/")):
+            raise InputError(f"case {case.name!r} cannot be the name of a folder: give another")
+        if case.name.lower() in seen:
+            raise InputError(
+                f"cases {seen[case.name.lower()]!r} and {case.name!r} have the same name: give "
+                "them others, in a column 'case' of a table"
+            )
+        seen[case.name.lower()] = case.name
+
+
+def stem(path: Path) -> str:
+    """Name of a file without the ending of an image."""
+    endings = sorted(ENDINGS, key=len, reverse=True)
+    ending = next((e for e in endings if path.name.lower().endswith(e)), "")
+    return path.name[: len(path.name) - len(ending)] or path.name
+
+
+def _images(folder: Path) -> Iterator[Path]:
+    """Images in a folder and below; a folder below with DICOM files counts as one."""
+    for path in folder.iterdir():
+        if path.name.startswith("."):
+            continue
+        if path.is_dir():
+            dicom = any(file.suffix.lower() == ".dcm" for file in path.iterdir())
+            yield from [path] if dicom else _images(path)
+        elif path.name.lower().endswith(tuple(ENDINGS)):
+            yield path
+
+
+def _case_in(folder: Path, path: Path, selection: Selection) -> Case:
+    """The case of an image in a folder."""
+    *above, _ = path.relative_to(folder).parts
+    return Case("/".join([*above, stem(path)]), path, above[0] if above else "", selection)
+
+
+def _files(source: Path) -> list[Path]:
+    """The file, or all files of a folder by name; none if there is nothing."""
+    if source.is_dir():
+        return sorted(file for file in source.iterdir() if file.is_file())
+    return [source] if source.is_file() else []

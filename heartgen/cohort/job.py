@@ -1,0 +1,160 @@
+"""One piece of work: a case, fitted at some levels of detail; the unit that is done or not done."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+import uuid
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from heartgen import pipeline
+from heartgen.cohort.cases import Case
+from heartgen.cohort.rows import Row, failed_row, row_of
+from heartgen.cohort.threads import one_thread
+from heartgen.errors import HeartgenError, sentence
+from heartgen.formats import write_text
+from heartgen.options import Options
+
+if TYPE_CHECKING:
+    from heartgen.pipeline import Personalization
+
+ROWS = "rows.json"
+"""File of a job's folder that says what was done, and what came out."""
+
+STAGE = ".stage"
+"""Folder in which folders of results grow until they are whole."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """A case to be fitted.
+
+    Attributes
+    ----------
+    name : str
+        Of its folder, below that of all jobs; unlike that of any other job.
+    case : Case
+    options : Options
+        All but the level of detail.
+    levels : tuple of int
+        Levels of detail.
+    folder : Path or None
+        Of all jobs; None if nothing is to be written.
+    formats : tuple of str
+        Of the meshes that are written, for a job of one level.
+    """
+
+    name: str
+    case: Case
+    options: Options
+    levels: tuple[int, ...]
+    folder: Path | None = None
+    formats: tuple[str, ...] = ()
+
+    @property
+    def home(self) -> Path | None:
+        """Where its results are, once they are whole."""
+        return None if self.folder is None else self.folder / self.name
+
+    def key(self) -> str:
+        """The same text for the same work."""
+        options = {k: v for k, v in asdict(self.options).items() if k != "lod"}
+        parts = [self.case.stamp(), options, list(self.levels), list(self.formats)]
+        return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
+
+
+def do(job: Job) -> list[Row]:
+    """Do a job, unless somebody has; whatever goes wrong becomes the reason in its rows.
+
+    Parameters
+    ----------
+    job : Job
+
+    Returns
+    -------
+    list of dict
+        A row for each level.
+    """
+    if (done := rows_of(job)) is not None:
+        return done
+    digest = ""
+    try:
+        with one_thread():
+            digest = job.case.digest()
+            results = pipeline.personalize_levels(
+                job.case.read(job.options.ventricles), job.levels, job.options
+            )
+    except Exception as error:  # of one case; the others go on
+        return give_up(job, sentence(error), digest)
+    rows = [row_of(job.case, digest, result.report) for result in results]
+    try:
+        return _keep(job, rows, results)
+    except HeartgenError as error:
+        return failed_rows(job, str(error), digest)
+
+
+def give_up(job: Job, reason: str, digest: str = "") -> list[Row]:
+    """Leave the reason why there is no mesh."""
+    rows = failed_rows(job, reason, digest)
+    with suppress(HeartgenError):  # a folder that cannot be written: the rows are told all the same
+        return _keep(job, rows, ())
+    return rows
+
+
+def failed_rows(job: Job, reason: str, digest: str = "") -> list[Row]:
+    """A row for each level that was not fitted."""
+    each = [replace(job.options, lod=lod) for lod in job.levels]
+    return [failed_row(job.case, digest, options, reason) for options in each]
+
+
+def rows_of(job: Job) -> list[Row] | None:
+    """Rows of a job that is done, whatever it was asked to do; None of one that is not."""
+    found = _record(job)
+    return None if found is None else list(found["rows"])
+
+
+def is_as_asked(job: Job) -> bool:
+    """Whether a job that is done was asked for the same as now."""
+    found = _record(job)
+    return found is not None and found["key"] == job.key()
+
+
+def _record(job: Job) -> Row | None:
+    """What the folder of a job says of it."""
+    if job.home is None or not (job.home / ROWS).is_file():
+        return None
+    record: Row = json.loads((job.home / ROWS).read_text(encoding="utf-8"))
+    return record
+
+
+def _keep(job: Job, rows: list[Row], results: Sequence[Personalization]) -> list[Row]:
+    """Write the folder of a job: it appears whole, once, and the first one stays."""
+    if job.folder is None or job.home is None:
+        return rows
+    stage = job.folder / STAGE / uuid.uuid4().hex
+    try:
+        if len(results) == 1 and job.formats:
+            _write(results[0], stage, job.formats)
+        write_text(json.dumps({"key": job.key(), "rows": rows}, indent=1) + "\n", stage / ROWS)
+        job.home.parent.mkdir(parents=True, exist_ok=True)
+        stage.rename(job.home)
+    except OSError as error:
+        if (done := rows_of(job)) is not None:  # a twin was faster, on a worker thought dead
+            return done
+        raise HeartgenError(
+            f"{job.home}: the results cannot be written there ({error.strerror or error}): choose "
+            "a folder with free space that all workers can write to"
+        ) from error
+    finally:
+        shutil.rmtree(stage, ignore_errors=True)
+    return rows
+
+
+def _write(result: Personalization, folder: Path, formats: tuple[str, ...]) -> None:
+    """Write mesh and report; of a mesh that is not valid, the report alone."""
+    result.write(folder, formats if result.report.quality.valid else ())

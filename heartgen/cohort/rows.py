@@ -1,0 +1,152 @@
+"""Results as rows of plain values, one for each mesh, and as a table."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from heartgen.cohort.choices import as_text
+from heartgen.options import Options
+from heartgen.viewing.card import Verdict, verdict
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from heartgen.cohort.cases import Case
+    from heartgen.images.selecting import Selection
+    from heartgen.report import Report
+
+Row: TypeAlias = dict[str, Any]
+"""Of a table of results, by column."""
+
+SUCCESS = "success"
+"""Status of a case whose mesh is valid and a success by the paper's rule (section 3.5)."""
+
+FAILED = "failed: "
+"""How the status of a case begins that ended without a mesh; the reason follows."""
+
+PARTS = {"accuracy": "error", "quality": "q", "measurements": "size", "versions": "version"}
+"""Parts of a report whose values become columns, and how the names of those begin."""
+
+RENAMED = {
+    "error_dice": "dice",
+    "q_valid": "valid",
+    "q_invalid_elements": "invalid_elements",
+    "unenhanced_quality": "q_unenhanced",
+    "unrefined_quality": "q_unrefined",
+}
+"""Columns with a name of their own."""
+
+FIRST = ("case", "group", "status", "success", "valid", "error_mean", "q_mean", "seconds")
+"""Columns that a reader looks for first."""
+
+
+def row_of(case: Case, digest: str, report: Report) -> Row:
+    """Everything that a report says, in one row.
+
+    Parameters
+    ----------
+    case : Case
+    digest : str
+        SHA-256 of what was read.
+    report : Report
+
+    Returns
+    -------
+    dict
+        Errors in mm (``error_...``), qualities (``q_...``), sizes in mm and ml (``size_...``),
+        seconds, versions, options, findings as one text, and ``status``: success, valid but not a
+        success and why, or failed and why.
+    """
+    judged, parts = verdict(report), report.to_dict()
+    row = _head(case, digest, report.options) | {
+        "status": _status(judged),
+        "success": report.success and report.quality.valid,
+        "seconds": round(sum(report.seconds.values()), 3),
+        "findings": "; ".join(f"{f.check}: {f.message}" for f in report.findings),
+    }
+    for name, value in parts.items():
+        if name in PARTS:
+            row |= _flat(value, PARTS[name])
+        elif name == "seconds":
+            row |= {f"seconds_{step.replace(' ', '_')}": s for step, s in value.items()}
+        elif name not in ("name", "options", "findings", "success"):
+            row |= _flat(value, name) if isinstance(value, Mapping) else {name: _cell(value)}
+    return {RENAMED.get(name, name): value for name, value in row.items()}
+
+
+def failed_row(case: Case, digest: str, options: Options, reason: str) -> Row:
+    """The row of a case that ended without a mesh."""
+    return _head(case, digest, asdict(options)) | {
+        "status": FAILED + reason,
+        "success": False,
+        "valid": False,
+    }
+
+
+def table_of(rows: Iterable[Row]) -> pd.DataFrame:
+    """A table with every column that any row has, those that are looked for first in front."""
+    import pandas as pd
+
+    table = pd.DataFrame(list(rows))
+    first = [name for name in FIRST if name in table]
+    table = table[first + [name for name in table if name not in first]]
+    for name in table.columns:
+        kinds = {type(value) for value in table[name].dropna()}
+        if len(kinds) > 1 and not kinds <= {int, float}:  # Parquet has columns of one type only
+            table[name] = table[name].map(as_text, na_action="ignore")
+    return table
+
+
+def _status(judged: Verdict) -> str:
+    """How a case ended that has a mesh."""
+    if judged.level == "good":
+        return SUCCESS
+    return FAILED + judged.text if judged.level == "bad" else judged.text
+
+
+def _head(case: Case, digest: str, options: Mapping[str, Any]) -> Row:
+    """What is known of a case beforehand."""
+    from heartgen.images import Mask
+
+    source = case.source
+    return {
+        "case": case.name,
+        "group": case.group,
+        "mask": source.name if isinstance(source, Mask) else str(source),
+        "sha256": digest,
+        **_selected(case.selection),
+        **{name: _cell(value) for name, value in options.items()},
+    }
+
+
+def _selected(selection: Selection) -> Row:
+    """What of the file is the myocardium, as in a table of cases."""
+    told = {
+        "label": "+".join(selection.label) or None,
+        "labels": selection.labels,
+        "rv_wall": selection.rv_wall,
+    }
+    return {name: value for name, value in told.items() if value is not None}
+
+
+def _flat(values: Mapping[str, Any], prefix: str) -> Row:
+    """Nested values side by side, their names joined."""
+    row: Row = {}
+    for name, value in values.items():
+        if name == "by_surface":
+            row |= _flat(value, prefix)
+        elif isinstance(value, Mapping):
+            row |= _flat(value, f"{prefix}_{name}")
+        elif value is not None:
+            row[f"{prefix}_{name}"] = _cell(value)
+    return row
+
+
+def _cell(value: Any) -> Any:
+    """A value that fits into a cell."""
+    if isinstance(value, (tuple, list)) and all(isinstance(v, (int, float)) for v in value):
+        return as_text(value)
+    return json.dumps(value) if isinstance(value, (tuple, list)) else value

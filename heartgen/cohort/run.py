@@ -1,0 +1,90 @@
+"""Do many jobs: what is done stays done, whatever happens to the others or to this process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from heartgen.cohort.job import Job, do, give_up
+from heartgen.cohort.rows import Row
+from heartgen.cohort.store import Tables, done_before, opened
+from heartgen.cohort.workers import Workers
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Progress = Callable[[int, int, list[Row]], None]
+"""Called with the number of jobs that are done, that of all, and the rows of the last one."""
+
+
+def quiet(done: int, total: int, rows: list[Row]) -> None:
+    """Progress that nobody looks at."""
+
+
+def run(
+    jobs: Sequence[Job],
+    out: Path | None = None,
+    workers: Workers | None = None,
+    *,
+    redo: bool = False,
+    progress: Progress = quiet,
+) -> pd.DataFrame:
+    """Do the jobs that are not done yet.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+    out : Path or None
+        Folder of all results; None if nothing is to be written.
+    workers : Workers or None
+        None to work in this process.
+    redo : bool
+        Do again what failed, or was asked for something else.
+    progress : callable
+
+    Returns
+    -------
+    DataFrame
+        A row for each job and level, in the order of the jobs.
+
+    Raises
+    ------
+    HeartgenError
+        If results cannot be written, or there are others in their place.
+    """
+    if out is None:
+        return _run(jobs, Tables(None, jobs), workers, progress)
+    with opened(out):
+        tables = Tables(out, jobs)
+        tables.rows = done_before(jobs, redo)
+        return _run(jobs, tables, workers, progress)
+
+
+def _run(
+    jobs: Sequence[Job], tables: Tables, workers: Workers | None, progress: Progress
+) -> pd.DataFrame:
+    """Do what is missing in the tables."""
+    todo = [job for job in jobs if job.name not in tables.rows]
+    progress(0, len(jobs), [])
+    for n, rows in enumerate(tables.rows.values(), start=1):
+        progress(n, len(jobs), rows)
+    try:
+        for job, rows in _each(todo, workers):
+            tables.add(job.name, rows)
+            progress(len(tables.rows), len(jobs), rows)
+    finally:
+        table = tables.write()
+    return table
+
+
+def _each(jobs: Sequence[Job], workers: Workers | None) -> Iterator[tuple[Job, list[Row]]]:
+    """Jobs and their rows, as they are done."""
+    if workers is None or not jobs:
+        yield from ((job, do(job)) for job in jobs)
+        return
+    from heartgen.cohort.cluster import Died, connected, each
+
+    with connected(workers, len(jobs)) as client:
+        for job, found in each(client, do, jobs):
+            yield job, give_up(job, found.reason) if isinstance(found, Died) else found
