@@ -156,6 +156,36 @@ def mask_from_array(
     return _checked(Volume(np.asarray(voxels), world), name, partial(myocardium, label=label))
 
 
+def read_grid(path: str | PathLike[str]) -> tuple[tuple[int, ...], NDArray[np.float64]]:
+    """Read where the voxels of an image are, whatever it shows.
+
+    Parameters
+    ----------
+    path : path-like
+        As of `read_mask`.
+
+    Returns
+    -------
+    shape : (int, int, int)
+        Voxels along i, j, k.
+    affine : (4, 4) float64
+        Voxel index to world coordinates, mm, LPS; no shear.
+
+    Raises
+    ------
+    InputError
+        If the image cannot be read, or is no volume in the world.
+    """
+    file = Path(path)
+    form = identify(file)
+    with _enough_memory(file):
+        volume = read_segments(file) if form.startswith("DICOM") else _image(file, form)
+        shape = volume.values.shape
+        report(_name(file), [check_size(shape), check_dimensions(shape)])
+        report(_name(file), [check_affine(volume.affine)])
+        return shape[:3], volume.affine
+
+
 def _image(file: Path, form: str) -> Volume:
     """Read an image that is not DICOM."""
     return read_nifti(file) if form.startswith("NIfTI") else read_itk(file, form)

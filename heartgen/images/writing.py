@@ -1,4 +1,4 @@
-"""Masks out to images that any viewer opens."""
+"""Masks and other images out to files that any viewer opens."""
 
 from __future__ import annotations
 
@@ -7,21 +7,49 @@ from typing import Any
 
 import numpy as np
 import SimpleITK
+from numpy.typing import NDArray
 
+from heartgen.errors import InputError
 from heartgen.images.mask import Mask
+
+ENDINGS = (".nii", ".nii.gz", ".nrrd", ".mha")
+"""How names of images may end."""
 
 
 def write_mask(mask: Mask, path: str | Path) -> None:
-    """Write a mask as an image of 0 and 1.
+    """Write a mask as an image of 0 and 1; otherwise as `write_image`."""
+    write_image(mask.voxels.astype(np.uint8), mask.affine, path)
+
+
+def check_image_name(path: Path) -> None:
+    """Refuse a name that no image can have."""
+    if not path.name.lower().endswith(ENDINGS):
+        raise InputError(
+            f"{path}: An image cannot be written in this format: end the name in "
+            f"{', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}."
+        )
+
+
+def write_image(values: NDArray[np.generic], affine: NDArray[np.float64], path: str | Path) -> None:
+    """Write an image, compressed.
 
     Parameters
     ----------
-    mask : Mask
+    values : (nx, ny, nz) uint8 or float32
+    affine : (4, 4) float64
+        Voxel index to world coordinates, mm, LPS; no shear.
     path : path
-        Ends in ``.nii.gz`` or another ending that SimpleITK knows.
+        Ends in one of `ENDINGS`.
+
+    Raises
+    ------
+    InputError
+        If the name ends otherwise.
     """
-    image: Any = SimpleITK.GetImageFromArray(mask.voxels.astype(np.uint8).transpose(2, 1, 0))
-    image.SetSpacing(mask.spacing.tolist())
-    image.SetOrigin(mask.affine[:3, 3].tolist())
-    image.SetDirection((mask.affine[:3, :3] / mask.spacing).ravel().tolist())
+    check_image_name(Path(path))
+    spacing = np.linalg.norm(affine[:3, :3], axis=0)
+    image: Any = SimpleITK.GetImageFromArray(np.ascontiguousarray(values.transpose(2, 1, 0)))
+    image.SetSpacing(spacing.tolist())
+    image.SetOrigin(affine[:3, 3].tolist())
+    image.SetDirection((affine[:3, :3] / spacing).ravel().tolist())
     SimpleITK.WriteImage(image, str(path), useCompression=True)

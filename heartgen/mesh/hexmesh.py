@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -102,6 +102,18 @@ class Topology:
         return np.concatenate(list(self.surfaces.values()))
 
 
+class Grid(Protocol):
+    """Voxels and where they are."""
+
+    @property
+    def voxels(self) -> NDArray[Any]:
+        """(nx, ny, nz)."""
+
+    @property
+    def affine(self) -> NDArray[np.float64]:
+        """Voxel index to world coordinates, (4, 4), mm, LPS."""
+
+
 @dataclass(frozen=True)
 class HexMesh:
     """A mesh of tricubic hexahedra.
@@ -184,6 +196,24 @@ class HexMesh:
         """
         values = self.topology.functionals(tabulate(lattice())) @ self.dofs
         return np.asarray(values).reshape(-1, COEFFICIENTS, 3)
+
+    def rasterize(self, like: Grid, partial: bool = False) -> NDArray[np.float32]:
+        """Return the image of the mesh on the voxels of another image.
+
+        Parameters
+        ----------
+        like : Mask, or anything with its `voxels` and `affine`
+        partial : bool
+            Give the share of each voxel that is in the mesh, not whether its centre is.
+
+        Returns
+        -------
+        (nx, ny, nz) float32
+            0 to 1, see `heartgen.mesh.rasterization.rasterize`.
+        """
+        from heartgen.mesh.rasterization import rasterize
+
+        return rasterize(self, like.voxels.shape, like.affine, partial)
 
     def refined(self, radial: int = 1, circumferential: int = 1, longitudinal: int = 1) -> HexMesh:
         """Split every element; the geometry and the degrees of freedom stay the same.
