@@ -23,7 +23,7 @@ from heartgen.viewing.scene import (
     TUBE_SIDES,
     camera_around,
 )
-from heartgen.viewing.surfaces import MAX_TRIANGLES, mask_surface
+from heartgen.viewing.surfaces import MAX_TRIANGLES, level_of, mask_surface
 
 if TYPE_CHECKING:
     from heartgen.images import Mask
@@ -98,7 +98,7 @@ def make_scene(mesh: pv.DataSet, mask: Mask | None) -> Any:
     plotter.set_background("white")
     look: Any = {"ambient": AMBIENT, "specular": SPECULAR, "specular_power": SPECULAR_POWER}
     if mask is not None:
-        shown = _surface_of(mask)
+        shown = mask_surface(level_of(mask), MAX_TRIANGLES)
         measured = surface.compute_implicit_distance(shown)["implicit_distance"]
         surface.point_data[DISTANCE] = np.abs(np.asarray(measured, dtype=np.float32))
         plotter.add_mesh(shown, color=MASK, opacity=MASK_OPACITY, smooth_shading=True, name="mask")
@@ -180,18 +180,3 @@ def serve_scene(plotter: Any, title: str, port: int, browser: bool) -> None:
         view.update()
 
     server.start(port=port, open_browser=browser, host="127.0.0.1", timeout=0)
-
-
-def _surface_of(mask: Mask) -> pv.PolyData:
-    """Surface of a mask."""
-    from heartgen.images.levelset import signed_distance
-
-    level = signed_distance(np.pad(mask.voxels, 2), _padded(mask.affine))
-    return mask_surface(level, MAX_TRIANGLES)
-
-
-def _padded(affine: Any) -> Any:
-    """Affine of an image with two more voxels on each side."""
-    moved = affine.copy()
-    moved[:3, 3] -= affine[:3, :3] @ np.full(3, 2.0)
-    return moved

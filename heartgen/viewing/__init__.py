@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from heartgen.viewing.fields import plot_fibres, plot_field
     from heartgen.viewing.figures import draw_histograms, draw_tradeoff
     from heartgen.viewing.page import view_html
+    from heartgen.viewing.rendering import render
     from heartgen.viewing.scene import plot
     from heartgen.viewing.slices import draw_slices
     from heartgen.viewing.stages import draw_mesh, draw_stages
@@ -27,6 +28,7 @@ __all__ = [
     "plot",
     "plot_fibres",
     "plot_field",
+    "render",
     "view_html",
 ]
 
@@ -39,6 +41,7 @@ _HOMES = {
     "plot": "heartgen.viewing.scene",
     "plot_fibres": "heartgen.viewing.fields",
     "plot_field": "heartgen.viewing.fields",
+    "render": "heartgen.viewing.rendering",
     "view_html": "heartgen.viewing.page",
 }
 

@@ -21,18 +21,17 @@ from heartgen.mesh import HexMesh, MeshField
 from heartgen.mesh.surfaces import evaluate_faces
 from heartgen.viewing.scene import (
     DARK,
-    EDGE_RADIUS,
     MESH,
     SCALAR_BAR,
     SURFACE_LOOK,
     TUBE_SIDES,
+    add_edges,
     look_at,
     require_graphics,
 )
 from heartgen.viewing.surfaces import (
     INWARD,
     SUBDIVISION,
-    mesh_edges,
     mesh_surface,
     on_surface,
     poly_data,
@@ -132,15 +131,15 @@ def plot_field(
     """
     if color != "aha" and color not in LOOKS:
         raise InputError(f"colouring {color!r} is not known: choose {', '.join(LOOKS)} or aha")
-    plotter: Any = _plotter(window_size)
+    plotter: Any = empty_scene(window_size)
     axes = heart_axes(mesh, septum)
     if color == "aha":
-        _add_segments(plotter, mesh, axes)
+        add_segments(plotter, mesh, axes)
     else:
-        _add_scalars(plotter, mesh, LOOKS[color], septum)
-    _add_edges(plotter, mesh)
-    look_at(plotter, mesh, _frame(axes))
-    return _finished(plotter, screenshot)
+        add_scalars(plotter, mesh, LOOKS[color], septum)
+    add_edges(plotter, mesh)
+    look_at(plotter, mesh, frame_of(axes))
+    return finished(plotter, screenshot)
 
 
 def plot_fibres(
@@ -171,7 +170,7 @@ def plot_fibres(
         If a picture is asked for where there is no graphics library.
     """
     rule = rule or FibreRule()
-    plotter: Any = _plotter(window_size, shape=(1, len(DEPTHS)), border=False)
+    plotter: Any = empty_scene(window_size, shape=(1, len(DEPTHS)), border=False)
     helix = MeshField("helix", helix_angle(wall_of(mesh), rule)[..., None])
     fibre = MeshField("fibre", fibre_frames(mesh, rule)[..., 0])
     limit = float(np.abs(helix.values).max())
@@ -189,8 +188,8 @@ def plot_fibres(
             show_scalar_bar=column == 1,
             **SURFACE_LOOK,
         )
-        look_at(plotter, mesh, _frame(heart_axes(mesh)))
-    return _finished(plotter, screenshot)
+        look_at(plotter, mesh, frame_of(heart_axes(mesh)))
+    return finished(plotter, screenshot)
 
 
 def segment_colour(segment: int) -> str:
@@ -201,7 +200,7 @@ def segment_colour(segment: int) -> str:
     return SEGMENT_COLOURS[(place + TURN[level]) % AROUND if segment < max(SEGMENTS) else -1]
 
 
-def _plotter(window_size: tuple[int, int], **options: Any) -> pv.Plotter:
+def empty_scene(window_size: tuple[int, int], **options: Any) -> pv.Plotter:
     """An empty white scene that opens no window."""
     with pv.vtk_verbosity("off"):  # that there is no screen is no news
         plotter: Any = pv.Plotter(off_screen=True, window_size=list(window_size), **options)
@@ -209,7 +208,7 @@ def _plotter(window_size: tuple[int, int], **options: Any) -> pv.Plotter:
     return cast("pv.Plotter", plotter)
 
 
-def _finished(plotter: pv.Plotter, screenshot: str | Path | None) -> pv.Plotter:
+def finished(plotter: pv.Plotter, screenshot: str | Path | None) -> pv.Plotter:
     """The scene, and its picture if one was asked for."""
     if screenshot is not None:
         require_graphics(plotter)
@@ -217,7 +216,7 @@ def _finished(plotter: pv.Plotter, screenshot: str | Path | None) -> pv.Plotter:
     return plotter
 
 
-def _frame(axes: HeartAxes) -> Array:
+def frame_of(axes: HeartAxes) -> Array:
     """Heart to world (4, 4): x to the septum, y to the anterior wall, z to the base."""
     frame = np.eye(4)
     frame[:3, :3] = np.stack([axes.septal, axes.anterior, axes.longitudinal], -1)
@@ -225,7 +224,13 @@ def _frame(axes: HeartAxes) -> Array:
     return frame
 
 
-def _add_scalars(plotter: Any, mesh: HexMesh, look: Look, septum: Sequence[float] | None) -> None:
+def add_scalars(
+    plotter: Any,
+    mesh: HexMesh,
+    look: Look,
+    septum: Sequence[float] | None = None,
+    key: bool = True,
+) -> None:
     """The surface coloured by a scalar field, with the key."""
     made = {field.name: field for field in make_fields(mesh, [look.of], septum=septum)}
     surface = mesh_surface(mesh)
@@ -238,11 +243,12 @@ def _add_scalars(plotter: Any, mesh: HexMesh, look: Look, septum: Sequence[float
         cmap=look.colours,
         clim=look.limits,
         scalar_bar_args=bar,
+        show_scalar_bar=key,
         **SURFACE_LOOK,
     )
 
 
-def _add_segments(plotter: Any, mesh: HexMesh, axes: HeartAxes) -> None:
+def add_segments(plotter: Any, mesh: HexMesh, axes: HeartAxes) -> None:
     """The surface coloured by the segments of the elements, with their numbers."""
     surface, faces = mesh_surface(mesh), mesh.topology.external
     segment = segments_of_elements(mesh, axes)[faces[:, 0]]
@@ -274,13 +280,6 @@ def _numbers(mesh: HexMesh, segment: NDArray[np.intp]) -> dict[int, Array]:
         own = raised[segment[faces[:, 0]] == number]
         out[int(number)] = own[np.argmin(np.linalg.norm(own - own.mean(0), axis=1))]
     return out
-
-
-def _add_edges(plotter: Any, mesh: HexMesh) -> None:
-    """The edges of the elements."""
-    edges = mesh_edges(mesh)
-    radius = EDGE_RADIUS * float(np.ptp(edges.points, axis=0).max())
-    plotter.add_mesh(edges.tube(radius=radius, n_sides=TUBE_SIDES), color=DARK)
 
 
 def _within(mesh: HexMesh, depth: float) -> tuple[NDArray[np.intp], Array]:

@@ -24,6 +24,7 @@ from heartgen.viewing.surfaces import (
 )
 
 if TYPE_CHECKING:
+    from heartgen.images.levelset import LevelSet
     from heartgen.pipeline import Personalization
 
 Array = NDArray[np.float64]
@@ -83,6 +84,9 @@ ELEVATION = 30.0
 
 AZIMUTH = -60.0
 """Degrees around the long axis, from the wider axis of the pool, at which one stands."""
+
+UPRIGHT = 90.0
+"""Elevation straight from above, degrees."""
 
 VIEW_ANGLE = 30.0
 """Degrees the camera sees; browsers know only this one, the default of VTK."""
@@ -167,13 +171,9 @@ def plot(
     if screenshot is not None or not (off_screen or plotter.notebook):
         require_graphics(plotter)
     plotter.set_background("white")
-    _add_mesh(plotter, result, color, error_limit)
+    add_surface(plotter, result.mesh, color, result.anatomy.myocardium, error_limit)
     if edges:
-        lines = mesh_edges(result.mesh)
-        radius = EDGE_RADIUS * float(np.ptp(lines.points, axis=0).max())
-        tubes = lines.tube(radius=radius, n_sides=TUBE_SIDES)
-        shade = LIGHT if color == "error" else DARK
-        plotter.add_mesh(tubes, color=shade, smooth_shading=True, name="edges")
+        add_edges(plotter, result.mesh, LIGHT if color == "error" else DARK)
     if mask:
         _add_mask(plotter, result, error_limit)
     _place_camera(plotter, result)
@@ -199,24 +199,45 @@ def require_graphics(plotter: Any) -> None:
         )
 
 
-def _add_mesh(
-    plotter: pv.Plotter, result: Personalization, color: Colour | None, error_limit: float
+def add_surface(
+    plotter: Any,
+    mesh: HexMesh,
+    color: Colour | None,
+    myocardium: LevelSet | None = None,
+    error_limit: float = ERROR_LIMIT,
+    key: bool = True,
 ) -> None:
-    """The surface of the mesh in its colours, with their key."""
-    surface = mesh_surface(result.mesh)
+    """Add the surface of a mesh in its colours, with their key.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+    mesh : HexMesh
+    color : {"error", "quality", "region"} or None
+        As of `plot`.
+    myocardium : LevelSet, optional
+        Zero on the surface of the mask; needed for the error.
+    error_limit : float
+        Distance at the end of the colour scale, mm.
+    key : bool
+        Show what the colours mean.
+    """
+    surface = mesh_surface(mesh)
     look: Any = {**SURFACE_LOOK, "name": "mesh"}
     if color is None:
         plotter.add_mesh(surface, color=MESH, **look)
     elif color == "region":
-        names = list(result.mesh.topology.surfaces)
+        names = list(mesh.topology.surfaces)
         colours = np.array([pv.Color(REGION_COLOURS[name]).int_rgb for name in names])
         surface.cell_data["colour"] = colours[surface["region"]].astype(np.uint8)
         plotter.add_mesh(surface, scalars="colour", rgb=True, **look)
-        key = [[SURFACE_NAMES[name], REGION_COLOURS[name]] for name in names]
-        plotter.add_legend(labels=key, face="rectangle", **LEGEND)
+        if key:
+            labels = [[SURFACE_NAMES[name], REGION_COLOURS[name]] for name in names]
+            plotter.add_legend(labels=labels, face="rectangle", **LEGEND)
     else:
         if color == "error":
-            error = to_mask(surface.points, result.anatomy.myocardium)
+            assert myocardium is not None
+            error = to_mask(surface.points, myocardium)
             surface.point_data["error"] = error.astype(np.float32)
         scale = colour_scale(color, error_limit)
         bar: Any = {"title": f"{scale.title}\n", "color": DARK, **SCALAR_BAR}
@@ -226,8 +247,17 @@ def _add_mesh(
             cmap=scale.colours,
             clim=scale.limits,
             scalar_bar_args=bar,
+            show_scalar_bar=key,
             **look,
         )
+
+
+def add_edges(plotter: Any, mesh: HexMesh, colour: str = DARK) -> None:
+    """Add the edges of the elements on the surface of a mesh, as tubes."""
+    lines = mesh_edges(mesh)
+    radius = EDGE_RADIUS * float(np.ptp(lines.points, axis=0).max())
+    tubes = lines.tube(radius=radius, n_sides=TUBE_SIDES)
+    plotter.add_mesh(tubes, color=colour, smooth_shading=True, name="edges")
 
 
 def _add_mask(plotter: pv.Plotter, result: Personalization, error_limit: float) -> None:
@@ -242,13 +272,17 @@ def _add_mask(plotter: pv.Plotter, result: Personalization, error_limit: float) 
     actor.ForceTranslucentOn()
 
 
-def camera_around(points: Array) -> tuple[Array, Array]:
+def camera_around(
+    points: Array, azimuth: float = AZIMUTH, elevation: float = ELEVATION
+) -> tuple[Array, Array]:
     """Place the camera so that points are in view.
 
     Parameters
     ----------
     points : (n, 3) float64
         mm, heart frame.
+    azimuth, elevation : float
+        Degrees around the long axis and above the plane across it from which one looks.
 
     Returns
     -------
@@ -257,7 +291,7 @@ def camera_around(points: Array) -> tuple[Array, Array]:
     """
     centre = (points.min(0) + points.max(0)) / 2
     radius = float(np.linalg.norm(points - centre, axis=1).max())
-    around, above = np.radians([AZIMUTH, ELEVATION])
+    around, above = np.radians([azimuth, elevation])
     towards = np.array(
         [np.cos(around) * np.cos(above), np.sin(around) * np.cos(above), np.sin(above)]
     )
@@ -269,7 +303,13 @@ def _place_camera(plotter: pv.Plotter, result: Personalization) -> None:
     look_at(plotter, result.mesh, result.anatomy.frame)
 
 
-def look_at(plotter: Any, mesh: HexMesh, frame: Array) -> None:
+def look_at(
+    plotter: Any,
+    mesh: HexMesh,
+    frame: Array,
+    azimuth: float = AZIMUTH,
+    elevation: float = ELEVATION,
+) -> None:
     """Place the camera of a plotter so that a mesh stands upright.
 
     Parameters
@@ -278,13 +318,15 @@ def look_at(plotter: Any, mesh: HexMesh, frame: Array) -> None:
     mesh : HexMesh
     frame : (4, 4) float64
         Heart to world: z from apex to base, x to the right ventricle or along the wider axis. mm.
+    azimuth, elevation : float
+        As of `camera_around`; straight from above or below, y is up.
     """
     rotation, origin = frame[:3, :3], frame[:3, 3]
     points = (mesh.lagrange_points().reshape(-1, 3) - origin) @ rotation
-    eye, centre = camera_around(points)
+    eye, centre = camera_around(points, azimuth, elevation)
     place = np.stack([centre, eye]) @ rotation.T + origin
     plotter.camera.focal_point = place[0]
     plotter.camera.position = place[1]
-    plotter.camera.up = rotation[:, 2]
+    plotter.camera.up = rotation[:, 1 if abs(elevation) == UPRIGHT else 2]
     plotter.camera.view_angle = VIEW_ANGLE
     plotter.reset_camera_clipping_range()

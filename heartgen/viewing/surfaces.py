@@ -7,7 +7,8 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from heartgen.images.isosurface import isosurface
-from heartgen.images.levelset import LevelSet
+from heartgen.images.levelset import LevelSet, signed_distance
+from heartgen.images.mask import Mask
 from heartgen.mesh import HexMesh, MeshField, Topology
 from heartgen.mesh.closest import closest_points
 from heartgen.mesh.jacobian import jacobian_ratio
@@ -24,6 +25,9 @@ INWARD = 1e-3
 
 MAX_TRIANGLES = 40_000
 """Triangles of the mask's surface that a browser still turns with ease."""
+
+MARGIN = 2
+"""Voxels around a mask for its level function to be defined on its surface."""
 
 SAME = 1e-6
 """Distance over the size of the mesh below which two element edges are one."""
@@ -114,6 +118,13 @@ def mask_surface(myocardium: LevelSet, limit: int | None = None) -> pv.PolyData:
     length = np.linalg.norm(slope, axis=1, keepdims=True)
     normals = slope / np.maximum(length, np.finfo(float).tiny)
     return poly_data(points, corners.reshape(-1, 3), normals)
+
+
+def level_of(mask: Mask) -> LevelSet:
+    """Level function of a mask as it is, zero on its surface."""
+    affine = mask.affine.copy()
+    affine[:3, 3] -= affine[:3, :3] @ np.full(3, float(MARGIN))
+    return signed_distance(np.pad(mask.voxels, MARGIN), affine)
 
 
 def to_mask(points: NDArray[np.float64], myocardium: LevelSet) -> NDArray[np.float64]:

@@ -1,0 +1,191 @@
+"""Publication pictures: a row for each colouring, a column for each view (paper, figs. 4 to 11)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pyvista as pv
+
+from heartgen.errors import InputError
+from heartgen.fields import heart_axes
+from heartgen.images.levelset import LevelSet
+from heartgen.images.mask import Mask
+from heartgen.mesh import HexMesh
+from heartgen.viewing.fields import (
+    LOOKS,
+    add_scalars,
+    add_segments,
+    empty_scene,
+    finished,
+    frame_of,
+)
+from heartgen.viewing.scene import (
+    AZIMUTH,
+    DARK,
+    ELEVATION,
+    ERROR_LIMIT,
+    LIGHT,
+    SURFACE_LOOK,
+    UPRIGHT,
+    add_edges,
+    add_surface,
+    look_at,
+)
+from heartgen.viewing.surfaces import MAX_TRIANGLES, level_of, mask_surface, mesh_surface
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+VIEWS = {
+    "oblique": (AZIMUTH, ELEVATION),
+    "septal": (0.0, 0.0),
+    "anterior": (90.0, 0.0),
+    "lateral": (180.0, 0.0),
+    "inferior": (270.0, 0.0),
+    "basal": (0.0, UPRIGHT),
+    "apical": (0.0, -UPRIGHT),
+}
+"""Degrees around the long axis, from the septum to the anterior wall, and above the plane across
+it, from which one looks."""
+
+PLAIN = ("plain", "overlay", "change", "error", "quality", "region", "aha")
+COLOURS = (*PLAIN, *LOOKS)
+"""What can be shown. ``overlay`` is the mask in red over the mesh (paper, figures 4 and 11);
+``change`` another mesh in red over this one in green (figure 7)."""
+
+NEEDS_MASK = ("overlay", "error")
+
+
+WHITE, RED, GREEN = "#f4f4f2", "#d55e00", "#009e73"
+"""Of this mesh, of what is compared with it, and of this mesh beside another: red and green that
+the colour-blind tell apart (palette of Okabe and Ito, 2008)."""
+
+
+ROOM = 0.88
+"""Size of the mesh in a panel, over that which would fill it: the key is below."""
+
+PANEL = 700
+"""Pixels of a panel's edge."""
+
+
+def render(
+    mesh: HexMesh,
+    screenshot: str | Path | None = None,
+    *,
+    colours: Sequence[str] = ("region",),
+    views: Sequence[str] = ("oblique",),
+    mask: Mask | None = None,
+    other: HexMesh | None = None,
+    septum: Sequence[float] | None = None,
+    edges: bool = True,
+    error_limit: float = ERROR_LIMIT,
+    panel: int = PANEL,
+) -> pv.Plotter:
+    """Draw a mesh for print, as many pictures in one as there are colourings and views.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+    screenshot : path, optional
+        Write a picture there (PNG); otherwise the scene is made, to be shown or changed further.
+    colours : sequence of str
+        Of `COLOURS`, a row each.
+    views : sequence of str
+        Of `VIEWS`, a column each.
+    mask : Mask, optional
+        For ``overlay`` and ``error``.
+    other : HexMesh, optional
+        For ``change``.
+    septum : (3,) float, optional
+        Direction from the left ventricle to the septum, see `heartgen.fields.heart_axes`.
+    edges : bool
+        Draw the edges of the elements.
+    error_limit : float
+        Distance at the end of the colour scale, mm.
+    panel : int
+        Pixels of the edge of each picture.
+
+    Returns
+    -------
+    pyvista.Plotter
+
+    Raises
+    ------
+    InputError
+        If a colouring or view is not known, or what a colouring needs is missing.
+    HeartgenError
+        If a picture is asked for where there is no graphics library.
+    """
+    _check(colours, views, mask, other)
+    level = None if mask is None else level_of(mask)
+    shape = (len(colours), len(views))
+    size = (panel * shape[1], panel * shape[0])
+    plotter: Any = empty_scene(size, shape=shape, border=False)
+    axes = heart_axes(mesh, septum)
+    for row, colour in enumerate(colours):
+        add = _adder(mesh, colour, level, other, septum, error_limit)
+        for column, view in enumerate(views):
+            plotter.subplot(row, column)
+            add(plotter, column == len(views) // 2)
+            if edges:
+                add_edges(plotter, mesh, LIGHT if colour == "error" else DARK)
+            if len(views) > 1 and row == 0:
+                _name(plotter, view)
+            look_at(plotter, mesh, frame_of(axes), *VIEWS[view])
+            plotter.camera.zoom(ROOM)
+    return finished(plotter, screenshot)
+
+
+def _check(
+    colours: Sequence[str], views: Sequence[str], mask: Mask | None, other: HexMesh | None
+) -> None:
+    """Refuse what cannot be drawn."""
+    for kind, asked, known in (("colouring", colours, COLOURS), ("view", views, tuple(VIEWS))):
+        if not asked:
+            raise InputError(f"no {kind} was asked for: choose among {', '.join(known)}")
+        for word in asked:
+            if word not in known:
+                raise InputError(f"{kind} {word!r} is not known: choose among {', '.join(known)}")
+    for colour in colours:
+        if colour in NEEDS_MASK and mask is None:
+            raise InputError(f"colouring {colour} needs the mask the mesh was fitted to: add it")
+        if colour == "change" and other is None:
+            raise InputError("colouring change needs another mesh to compare with: add it")
+
+
+def _adder(
+    mesh: HexMesh,
+    colour: str,
+    level: LevelSet | None,
+    other: HexMesh | None,
+    septum: Sequence[float] | None,
+    error_limit: float,
+) -> Callable[[Any, bool], None]:
+    """What adds the surfaces of a row to a panel, with or without the key of their colours."""
+    if colour in LOOKS:
+        return lambda plotter, key: add_scalars(plotter, mesh, LOOKS[colour], septum, key)
+    if colour == "aha":
+        axes = heart_axes(mesh, septum)
+        return lambda plotter, key: add_segments(plotter, mesh, axes)
+    if colour in ("error", "quality", "region"):
+        known: Any = colour
+        return lambda plotter, key: add_surface(plotter, mesh, known, level, error_limit, key)
+    surface = mesh_surface(mesh)
+    layers: list[tuple[pv.PolyData, str]] = [(surface, WHITE)]
+    if colour == "overlay" and level is not None:
+        layers.append((mask_surface(level, MAX_TRIANGLES), RED))
+    if colour == "change" and other is not None:
+        layers = [(surface, GREEN), (mesh_surface(other), RED)]
+
+    def add(plotter: Any, _: bool) -> None:
+        for layer, shade in layers:
+            plotter.add_mesh(layer, color=shade, **SURFACE_LOOK)
+
+    return add
+
+
+def _name(plotter: Any, view: str) -> None:
+    """The name of a view at the top of its column."""
+    plotter.add_text(view, position=(0.05, 0.93), font_size=11, color=DARK, viewport=True)

@@ -1,0 +1,103 @@
+"""Pictures for print."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from heartgen.errors import HeartgenError, InputError
+
+pytest.importorskip("pyvista")
+
+import pyvista as pv
+
+from heartgen.viewing.rendering import COLOURS, GREEN, RED, VIEWS, render
+
+PANEL = 200
+
+
+def actors(plotter, row=0, column=0):
+    """What is drawn in a panel, by name."""
+    plotter.subplot(row, column)
+    return plotter.renderer.actors
+
+
+@pytest.mark.parametrize("colour", COLOURS)
+def test_every_colouring_is_drawn_with_every_need(result, colour):
+    plotter = render(
+        result.mesh, colours=[colour], mask=result.mask, other=result.warped, panel=PANEL
+    )
+    assert "edges" in actors(plotter)
+    assert len(actors(plotter)) >= 2
+    plotter.close()
+
+
+def test_rows_are_colourings_and_columns_are_views(result):
+    plotter = render(
+        result.mesh, colours=["region", "quality"], views=["septal", "basal", "apical"], panel=PANEL
+    )
+    assert plotter.shape == (2, 3)
+    assert plotter.window_size == [3 * PANEL, 2 * PANEL]
+    assert len(plotter.scalar_bars) == 1, "one key a row"
+    plotter.close()
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_the_whole_mesh_is_in_view_and_upright(result, view):
+    plotter = render(result.mesh, views=[view], panel=PANEL)
+    points = result.mesh.lagrange_points().reshape(-1, 3)
+    camera = plotter.camera
+    matrix = pv.array_from_vtkmatrix(camera.GetCompositeProjectionTransformMatrix(1, 0, 1))
+    places = np.c_[points, np.ones(len(points))] @ matrix.T
+    assert np.abs(places[:, :2] / places[:, 3:]).max() < 1
+    towards = np.array(camera.focal_point) - np.array(camera.position)
+    towards /= np.linalg.norm(towards)
+    along = result.anatomy.frame[:3, 2]  # from apex to base, as the shape analysis has it
+    if view in ("basal", "apical"):
+        assert towards @ along * (-1 if view == "basal" else 1) > 0.95
+    else:
+        assert np.array(camera.up) @ along > 0.8
+    plotter.close()
+
+
+def test_error_is_the_distance_to_the_mask(result):
+    plotter = render(result.mesh, colours=["error"], mask=result.mask, panel=PANEL)
+    shown = actors(plotter)["mesh"].mapper.dataset
+    mean = float(np.mean(shown["error"]))
+    assert mean == pytest.approx(result.report.accuracy.reverse_mean, abs=0.3)
+    plotter.close()
+
+
+@pytest.mark.parametrize("colour", ["overlay", "change"])
+def test_picture_shows_both_where_they_are(result, tmp_path, colour):
+    path = tmp_path / "heart.png"
+    try:
+        render(
+            result.mesh, path, colours=[colour], mask=result.mask, other=result.warped, panel=PANEL
+        ).close()
+    except HeartgenError as error:
+        pytest.skip(str(error))
+    picture = np.asarray(pv.read(path).active_scalars)[:, :3].astype(float)
+    assert picture.shape[0] == PANEL * PANEL
+    for shade in (RED, GREEN) if colour == "change" else (RED,):
+        wanted = np.array(pv.Color(shade).float_rgb)
+        lengths = np.linalg.norm(picture, axis=1) * np.linalg.norm(wanted)
+        like = picture @ wanted > 0.99 * np.maximum(lengths, 1)
+        assert like.mean() > 0.01
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"colours": ["rainbow"]}, "colouring 'rainbow' is not known: choose among plain"),
+        ({"views": ["above"]}, "view 'above' is not known: choose among oblique"),
+        ({"colours": []}, "no colouring was asked for"),
+        ({"views": []}, "no view was asked for"),
+        ({"colours": ["error"]}, "error needs the mask"),
+        ({"colours": ["overlay"]}, "overlay needs the mask"),
+        ({"colours": ["change"]}, "change needs another mesh"),
+    ],
+)
+def test_what_cannot_be_drawn_is_a_sentence(result, options, sentence):
+    with pytest.raises(InputError, match=sentence):
+        render(result.mesh, **options)
