@@ -146,7 +146,7 @@ def test_the_ending_decides(small, tmp_path, name):
 def test_every_format_has_a_file_name_that_it_accepts(small, tmp_path, name):
     written = write_mesh(small, tmp_path / file_name("mesh", name), format=name)
     assert all(file.stat().st_size > 0 for file in written.files)
-    assert {file.stem for file in written.files} <= {"mesh", f"mesh-{name}"}
+    assert {file.name.partition(".")[0] for file in written.files} <= {"mesh", f"mesh-{name}"}
 
 
 def test_a_format_that_is_named_wants_its_own_ending(small, tmp_path):
@@ -165,7 +165,7 @@ def test_fields_that_a_format_cannot_hold_are_named(small, tmp_path, monkeypatch
     assert written.notes == ("mesh.vtu does not hold the fields, which have no place in it: depth",)
 
 
-@pytest.mark.parametrize("name", ["mesh.stl", "mesh", ".exf", "mesh.exf.gz"])
+@pytest.mark.parametrize("name", ["mesh.docx", "mesh", ".exf", "mesh.exf.gz"])
 def test_an_unknown_ending_is_one_sentence(small, tmp_path, name):
     with pytest.raises(InputError, match=r"end the name in .*\.exf.*\.vtu") as caught:
         write_mesh(small, tmp_path / name)
