@@ -55,7 +55,10 @@ class Options:
     quality : float
         Weight of element quality against accuracy in the refinement, relative to the level's own.
     truncate : float or {"auto", "off"}
-        Truncation below the basal plane, mm; ``"auto"`` where valve anatomy is present.
+        Truncation below the rim, mm; ``"auto"`` where valve anatomy is present.
+    base : {"rim", "plane"}
+        Where valve anatomy is present, the mesh ends on a smooth sheet that follows the rim, or on
+        a plane, for which more is cut off.
     enhance : bool
         Straighten the mesh across the wall after warping.
     depth : {"graded", "linear"}
@@ -80,6 +83,7 @@ class Options:
     refine: bool = True
     quality: float = 1.0
     truncate: float | Literal["auto", "off"] = "auto"
+    base: Literal["rim", "plane"] = "rim"
     enhance: bool = True
     depth: Literal["graded", "linear"] = "graded"
     basis: Literal["hermite", "lagrange"] = "hermite"
@@ -110,6 +114,8 @@ class Options:
             raise InputError(
                 f"truncation {self.truncate!r} is not known: give a distance in mm, auto or off"
             )
+        if self.base not in ("rim", "plane"):
+            raise InputError(f"base {self.base!r} is not known: choose rim or plane")
         if self.depth not in ("graded", "linear"):
             raise InputError(f"depth {self.depth!r} is not known: choose graded or linear")
         if self.basis not in ("hermite", "lagrange"):

@@ -234,7 +234,9 @@ def _personalize(
     each = [replace(options, lod=lod) for lod in levels]
     clock = _Clock(progress)
     with clock.step("shape analysis"):
-        anatomy = anatomy or analyse(mask, options.truncate, options.ventricles)
+        anatomy = anatomy or analyse(
+            mask, options.truncate, options.ventricles, options.base == "rim"
+        )
         anatomy = anatomy.uncut or anatomy
     with clock.step("template"):
         template = _template(anatomy, options)

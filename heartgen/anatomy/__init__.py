@@ -1,10 +1,12 @@
 """Shape analysis: what there is in the mask, where it points, how large it is."""
 
 from heartgen.anatomy.analysis import Anatomy, analyse
-from heartgen.anatomy.base import Base, Plane
+from heartgen.anatomy.base import Base
 from heartgen.anatomy.hole import Cone, cone_through, with_hole
+from heartgen.anatomy.plane import Plane
 from heartgen.anatomy.right import RightVentricle
 from heartgen.anatomy.shape import Slices
+from heartgen.anatomy.sheet import Sheet
 
 __all__ = [
     "Anatomy",
@@ -12,6 +14,7 @@ __all__ = [
     "Cone",
     "Plane",
     "RightVentricle",
+    "Sheet",
     "Slices",
     "analyse",
     "cone_through",

@@ -14,6 +14,7 @@ from heartgen.anatomy.pools import Pools, find_pools
 from heartgen.anatomy.right import RightVentricle, measure_right
 from heartgen.anatomy.sections import find_sections
 from heartgen.anatomy.shape import POOL_SURFACES, Shape, Slices
+from heartgen.anatomy.sheet import Sheet
 from heartgen.anatomy.sizes import heart_frame, wall_thickness
 from heartgen.anatomy.stacks import shape_of_stack
 from heartgen.anatomy.surfaces import LEAST_WALL, heights, mesh_surfaces, truncated_indicator
@@ -98,17 +99,20 @@ class Anatomy:
         return np.asarray((points - self.frame[:3, 3]) @ self.frame[:3, :3])
 
 
-def analyse(mask: Mask, truncate: float | str = "auto", ventricles: str = "auto") -> Anatomy:
+def analyse(
+    mask: Mask, truncate: float | str = "auto", ventricles: str = "auto", follow_rim: bool = True
+) -> Anatomy:
     """Measure the left ventricle, or both, in a mask of any orientation and voxel size.
 
     Parameters
     ----------
     mask : Mask
     truncate : float or {"auto", "off"}
-        Truncation below the basal plane, mm; ``"auto"`` truncates only where valve anatomy rises
-        above the rim.
+        Truncation below the rim, mm; ``"auto"`` truncates only where valve anatomy is present.
     ventricles : {"auto", "lv", "biv"}
         What the mask must show: a left ventricle alone, both ventricles, or either.
+    follow_rim : bool
+        Where valve anatomy is present, whether the base follows the rim, or is a plane below it.
 
     Returns
     -------
@@ -123,10 +127,10 @@ def analyse(mask: Mask, truncate: float | str = "auto", ventricles: str = "auto"
     sections = None if stack is None else find_sections(stack, ventricles)
     if sections is not None:
         return _measured(shape_of_stack(sections, truncate))
-    return _measured(_shape_of_volume(mask, truncate, ventricles))
+    return _measured(_shape_of_volume(mask, truncate, ventricles, follow_rim))
 
 
-def _shape_of_volume(mask: Mask, truncate: float | str, ventricles: str) -> Shape:
+def _shape_of_volume(mask: Mask, truncate: float | str, ventricles: str, follow_rim: bool) -> Shape:
     """Pools, base and surfaces of a mask whose voxels fill the heart."""
     mask = _cropped(mask)
     voxel = float(np.prod(mask.spacing) ** (1 / 3))
@@ -141,9 +145,10 @@ def _shape_of_volume(mask: Mask, truncate: float | str, ventricles: str) -> Shap
         solid,
         voxel,
         truncate,
+        follow_rim,
     )
     if base.truncation is not None and pools.right is not None:
-        pools = pools.below(heights(solid, base.plane) < 0, mask.spacing)
+        pools = pools.below(heights(solid, base.surface) < 0, mask.spacing)
         solid, levels = _levels(mask, pools)
         wall = mask.voxels & ~pools.blood
     surfaces, thickened = mesh_surfaces(
@@ -165,7 +170,7 @@ def _shape_of_volume(mask: Mask, truncate: float | str, ventricles: str) -> Shap
 def _measured(shape: Shape) -> Anatomy:
     """Frame and sizes of a heart whose shape is known."""
     base, solid, levels, voxel = shape.base, shape.solid, shape.levels, shape.voxel
-    below = heights(solid, base.plane) < 0
+    below = heights(solid, base.surface) < 0
     wall = shape.wall & below
     wall_points = shape.centres(wall)
     pool_points = [shape.below(pool) for pool in shape.pools]
@@ -178,7 +183,7 @@ def _measured(shape: Shape) -> Anatomy:
     length = -float(base.plane.height(pool_points[0]).min())
     distances = [level.values[wall] for level in levels]
     outside = -solid.values[wall]
-    depth = -base.plane.height(wall_points) / length
+    depth = -base.surface.height(wall_points) / length
     typical, apex = wall_thickness((distances[0], outside), distances[1:], depth, "wall")
     return Anatomy(
         frame=frame,
@@ -256,11 +261,12 @@ def _findings(pools: Pools, base: Base, voxel: float, thickened: bool) -> tuple[
             )
         )
     if base.truncation is not None:
+        reference = "the rim" if isinstance(base.surface, Sheet) else "the basal plane"
         found.append(
             Finding(
                 "truncation",
-                f"the base was truncated {base.truncation:.3g} mm below the basal plane (its rim "
-                f"rises and falls by {base.irregularity:.2g} mm)",
+                f"the base was truncated {base.truncation:.3g} mm below {reference} (which rises "
+                f"and falls by {base.irregularity:.2g} mm)",
             )
         )
     return tuple(found)

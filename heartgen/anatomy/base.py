@@ -1,4 +1,4 @@
-"""The basal plane: through the opening if the base was cut flat, below the valves if it was not."""
+"""The base: the plane of the opening if it was cut flat, a sheet below the valves if it was not."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from heartgen.anatomy.plane import Plane
+from heartgen.anatomy.sheet import Sheet, fit_sheet
 from heartgen.errors import AnatomyError
 from heartgen.images.levelset import LevelSet
 
@@ -32,44 +34,23 @@ TRIM = 2.5
 
 
 @dataclass(frozen=True)
-class Plane:
-    """A plane in the world.
-
-    Attributes
-    ----------
-    origin : (3,) float64
-        A point of the plane, mm, LPS.
-    normal : (3,) float64
-        Unit normal, from apex to base.
-    """
-
-    origin: NDArray[np.float64]
-    normal: NDArray[np.float64]
-
-    def height(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Signed distance of (n, 3) points, mm, positive beyond the base: (n,)."""
-        return np.asarray((points - self.origin) @ self.normal)
-
-    def shifted(self, distance: float) -> Plane:
-        """Return the parallel plane `distance` mm towards the base."""
-        return Plane(self.origin + distance * self.normal, self.normal)
-
-
-@dataclass(frozen=True)
 class Base:
     """Where the ventricle ends.
 
     Attributes
     ----------
     plane : Plane
-        End of the mesh: the basal plane, or the truncation below it.
+        The basal plane, or the truncation below it.
+    surface : Plane or Sheet
+        End of the mesh: that plane, or a sheet about it that follows an uneven rim.
     truncation : float or None
-        Distance of the truncation below the basal plane, mm; None if the base was left as it is.
+        Distance of the truncation below the rim's plane or sheet, mm; None if there is none.
     irregularity : float
         Rise and fall of the rim about its plane (5th to 95th percentile), mm.
     """
 
     plane: Plane
+    surface: Plane | Sheet
     truncation: float | None
     irregularity: float
 
@@ -81,6 +62,7 @@ def find_base(
     solid: LevelSet,
     voxel: float,
     truncate: float | str,
+    follow: bool = True,
 ) -> Base:
     """Fit the basal plane that the ventricles have in common and decide about truncation.
 
@@ -97,7 +79,9 @@ def find_base(
     voxel : float
         Voxel size, mm.
     truncate : float or {"auto", "off"}
-        Distance below the basal plane in mm; ``"auto"`` truncates where the rim is irregular.
+        Distance below the rim in mm; ``"auto"`` truncates where the rim is irregular.
+    follow : bool
+        Whether the mesh ends on a sheet that follows an irregular rim, or on a plane below it.
 
     Returns
     -------
@@ -122,17 +106,28 @@ def find_base(
     valves = irregularity > max(IRREGULAR_VOXELS * voxel, IRREGULAR * length)
     plane = rim_plane if valves else _refine(plane, opening, solid, voxel)
     if truncate == "off" or (truncate == "auto" and not valves):
-        return Base(plane, None, irregularity)
-    lowest = -float(np.percentile(plane.height(centres), LOW_RIM))
+        return Base(plane, plane, None, irregularity)
+    sheet = fit_sheet(plane, centres, length) if valves and follow else None
     distance = (
-        max(DEFAULT_TRUNCATION * length, lowest + voxel) if truncate == "auto" else float(truncate)
+        _default_truncation(sheet or plane, centres, length, voxel)
+        if truncate == "auto"
+        else float(truncate)
     )
     if not 0 <= distance < length / 2:
         raise AnatomyError(
             f"a truncation of {distance:.3g} mm does not fit a ventricle {length:.3g} mm long: "
             "choose a distance between 0 and half the length"
         )
-    return Base(plane.shifted(-distance), distance, irregularity)
+    plane = plane.shifted(-distance)
+    return Base(plane, plane if sheet is None else sheet.shifted(-distance), distance, irregularity)
+
+
+def _default_truncation(
+    base: Plane | Sheet, rim: NDArray[np.float64], length: float, voxel: float
+) -> float:
+    """Distance below a plane or a sheet at which there is muscle all around, mm."""
+    lowest = voxel - float(np.percentile(base.height(rim), LOW_RIM))
+    return max(DEFAULT_TRUNCATION * length, lowest) if isinstance(base, Plane) else lowest
 
 
 def fit_plane(points: NDArray[np.float64], below: NDArray[np.float64], voxel: float) -> Plane:

@@ -79,7 +79,7 @@ def with_hole(anatomy: Anatomy, cone: Cone) -> Anatomy:
     index = np.argwhere(np.ones(level.values.shape, dtype=bool))
     points = index @ level.affine[:3, :3].T + level.affine[:3, 3]
     depth = cone.depth(points).astype(np.float32).reshape(level.values.shape)
-    lost = (level.values < 0) & (depth > 0) & (heights(level, anatomy.base.plane) < 0)
+    lost = (level.values < 0) & (depth > 0) & (heights(level, anatomy.base.surface) < 0)
     removed = float(np.sum(lost)) * anatomy.voxel**3
     note = (
         f"an apical hole of {cone.radius:.2g} mm radius was cut into the mask: its "

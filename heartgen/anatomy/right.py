@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.anatomy.base import Plane
+from heartgen.anatomy.plane import Plane
 from heartgen.anatomy.sizes import Distances, wall_thickness
 from heartgen.errors import AnatomyError
 from heartgen.images.levelset import LevelSet

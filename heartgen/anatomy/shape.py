@@ -97,4 +97,4 @@ class Shape:
     def below(self, voxels: NDArray[np.bool_]) -> NDArray[np.float64]:
         """World coordinates (n, 3) of the voxels that are set and lie below the base."""
         points = self.centres(voxels)
-        return points[self.base.plane.height(points) < 0]
+        return points[self.base.surface.height(points) < 0]

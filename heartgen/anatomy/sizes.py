@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.anatomy.base import Plane
+from heartgen.anatomy.plane import Plane
 from heartgen.errors import AnatomyError
 
 Distances = NDArray[np.floating]

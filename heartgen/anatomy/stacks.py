@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.anatomy.base import Base, Plane
+from heartgen.anatomy.base import Base
 from heartgen.anatomy.interpolation import Part, part_of
+from heartgen.anatomy.plane import Plane
 from heartgen.anatomy.sections import Sections
 from heartgen.anatomy.shape import POOL_SURFACES, Shape, Slices
 from heartgen.anatomy.surfaces import heights, mesh_surfaces
@@ -125,14 +126,15 @@ def _base(stack: Stack, pool: Part, truncate: float | str) -> Base:
     end = float(stack.heights[-1]) + stack.distance / 2
     plane = Plane(stack.to_world(np.array([[*centre, end]]))[0], stack.normal)
     if isinstance(truncate, str):
-        return Base(plane, None, 0.0)
+        return Base(plane, plane, None, 0.0)
     length = end - float(pool.heights[0])
     if not 0 <= truncate < length / 2:
         raise AnatomyError(
             f"a truncation of {truncate:.3g} mm does not fit a ventricle {length:.3g} mm long: "
             "choose a distance between 0 and half the length"
         )
-    return Base(plane.shifted(-truncate), float(truncate), 0.0)
+    plane = plane.shifted(-truncate)
+    return Base(plane, plane, float(truncate), 0.0)
 
 
 def _slices(sections: Sections, surfaces: dict[str, LevelSet]) -> Slices:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.anatomy.base import Base, Plane
+from heartgen.anatomy.base import Base
+from heartgen.anatomy.plane import Plane
+from heartgen.anatomy.sheet import Sheet
 from heartgen.images.levelset import LevelSet, smooth_indicator
 from heartgen.images.mask import Mask
 
@@ -52,11 +54,11 @@ def mesh_surfaces(
     surfaces, thickened = {}, False
     for name, pool in pools.items():
         others = [other for key, other in pools.items() if key != name]
-        inner, thin = _with_wall(pool, solid, others, base.plane, least)
-        surfaces[name] = _continued(inner, base.plane, rim)
+        inner, thin = _with_wall(pool, solid, others, base, least)
+        surfaces[name] = _continued(inner, base, rim)
         thickened |= thin
-    surfaces["epi"] = _continued(solid, base.plane, rim)
-    surfaces["base"] = LevelSet(heights(solid, base.plane), solid.affine) if flat else solid
+    surfaces["epi"] = _continued(solid, base, rim)
+    surfaces["base"] = LevelSet(heights(solid, base.surface), solid.affine) if flat else solid
     return surfaces, thickened
 
 
@@ -78,38 +80,42 @@ def truncated_indicator(mask: Mask, base: Base, voxel: float) -> LevelSet:
     values = (0.5 - smooth_indicator(mask.voxels)).astype(np.float32)
     if base.truncation is None:
         return LevelSet(values, mask.affine)
-    height = heights(LevelSet(values, mask.affine), base.plane)
+    height = heights(LevelSet(values, mask.affine), base.surface)
     return LevelSet(np.maximum(values, np.float32(1 / voxel) * height), mask.affine)
 
 
-def heights(level: LevelSet, plane: Plane) -> NDArray[np.float32]:
-    """Height of every grid point of a level set over a plane: (nx, ny, nz) float32, mm."""
+def heights(level: LevelSet, base: Plane | Sheet) -> NDArray[np.float32]:
+    """Height of every grid point of a level set over the base: (nx, ny, nz) float32, mm."""
+    if isinstance(base, Sheet):
+        points = np.indices(level.values.shape).reshape(3, -1).T
+        world = points @ level.affine[:3, :3].T + level.affine[:3, 3]
+        return base.height(world).astype(np.float32).reshape(level.values.shape)
     i, j, k = (np.arange(n) for n in level.values.shape)
-    slope = plane.normal @ level.affine[:3, :3]
-    offset = plane.normal @ (level.affine[:3, 3] - plane.origin)
+    slope = base.normal @ level.affine[:3, :3]
+    offset = base.normal @ (level.affine[:3, 3] - base.origin)
     height = (slope[0] * i)[:, None, None] + (slope[1] * j)[:, None] + slope[2] * k + offset
     return np.asarray(height, dtype=np.float32)
 
 
-def _continued(level: LevelSet, plane: Plane, rim: float) -> LevelSet:
+def _continued(level: LevelSet, base: Base, rim: float) -> LevelSet:
     """A shape continued beyond the base: its section just below the rim, straight up."""
-    height = heights(level, plane) + np.float32(rim)
+    height = heights(level, base.surface) + np.float32(rim)
     above = np.argwhere(height > 0)
     points = above @ level.affine[:3, :3].T + level.affine[:3, 3]
-    below = points - height[tuple(above.T)].astype(float)[:, None] * plane.normal
+    below = points - height[tuple(above.T)].astype(float)[:, None] * base.plane.normal
     values = level.values.copy()
     values[tuple(above.T)] = level.sample(below)[0]
     return LevelSet(values, level.affine)
 
 
 def _with_wall(
-    pool: LevelSet, solid: LevelSet, others: list[LevelSet], plane: Plane, least: float
+    pool: LevelSet, solid: LevelSet, others: list[LevelSet], base: Base, least: float
 ) -> tuple[LevelSet, bool]:
     """Pool kept at a least distance from the outside and from the other pools (not at the base).
 
     Half the distance between two pools is taken from each. Also whether that changed the pool.
     """
-    depth = -heights(pool, plane) / np.float32(WALL_ONSET * least)
+    depth = -heights(pool, base.surface) / np.float32(WALL_ONSET * least)
     inner = solid.values + np.float32(least) * np.clip(depth, 0, 1)
     for other in others:
         inner = np.maximum(inner, (pool.values - other.values + np.float32(least)) / 2)

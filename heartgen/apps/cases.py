@@ -138,7 +138,7 @@ def analyse_case(case: Case, options: Options) -> Anatomy:
     """Measure the heart in a case, as the pipeline will."""
     from heartgen.anatomy import analyse
 
-    return analyse(case.mask, options.truncate, options.ventricles)
+    return analyse(case.mask, options.truncate, options.ventricles, options.base == "rim")
 
 
 def _digest(path: Path) -> str:

@@ -144,7 +144,7 @@ class Session(HasTraits):
                 self.case = outcome.case
                 self.anatomy = outcome.result.anatomy
                 options = outcome.result.options
-                self._measured = (outcome.case, options.truncate, options.ventricles)
+                self._measured = (outcome.case, options.truncate, options.ventricles, options.base)
                 self.reading, self.complaint = "", ""
         self.shown = outcome
         self._judge_steps()
@@ -170,7 +170,7 @@ class Session(HasTraits):
 
     def _anatomy_for(self, options: Options) -> Anatomy | None:
         """The anatomy, if it was measured under these options."""
-        key = (self.case, options.truncate, options.ventricles)
+        key = (self.case, options.truncate, options.ventricles, options.base)
         return self.anatomy if self._measured == key else None
 
     def _load(self, doing: str, make: Callable[[], Case]) -> Future[None]:
@@ -227,7 +227,7 @@ class Session(HasTraits):
     def _take_anatomy(self, ask: int, case: Case, options: Options, anatomy: Anatomy) -> None:
         if ask != self._ask:
             return
-        self._measured = (case, options.truncate, options.ventricles)
+        self._measured = (case, options.truncate, options.ventricles, options.base)
         with self.hold_trait_notifications():
             self.anatomy = anatomy
             self.reading, self.complaint = "", ""

@@ -110,6 +110,14 @@ def fit(
     ] = None,
     ventricles: Ventricles = "auto",
     truncate: Truncate = "auto",
+    base: Annotated[
+        str,
+        typer.Option(
+            metavar="rim|plane",
+            help="Where valves rise, the mesh ends on a sheet that follows the rim, or on a plane "
+            "below it.",
+        ),
+    ] = "rim",
     label: Label = None,
     labels: Labels = None,
     rv_wall: RvWall = None,
@@ -199,6 +207,7 @@ def fit(
             elements=None if elements is None else elements_from_text(elements),
             ventricles=cast("Any", ventricles),  # Options refuses words it does not know
             truncate=_truncation(truncate),
+            base=cast("Any", base),
             enhance=not no_enhance,
             refine=not no_refine,
             quality=quality,

@@ -67,7 +67,7 @@ def _view(out: Path, title: str, row: dict[str, Any]) -> View | None:
     try:
         mask = _selection(row).read(row["mask"], row["ventricles"])
         truncate = option_from_text("truncate", str(row["truncate"]))
-        anatomy = analyse(mask, truncate, row["ventricles"])
+        anatomy = analyse(mask, truncate, row["ventricles"], row["base"] == "rim")
     except HeartgenError:
         return None
     if not mesh.is_file():

@@ -96,7 +96,7 @@ def patient_of(anatomy: Anatomy) -> Patient:
 
 def _away_from_cuts(surface: Isosurface, anatomy: Anatomy) -> Isosurface:
     """The points of a surface that are not beyond a cut nor at its rim."""
-    beyond = anatomy.base.plane.height(surface.points)
+    beyond = anatomy.base.surface.height(surface.points)
     if "apex" in anatomy.surfaces:
         beyond = np.maximum(beyond, anatomy.surfaces["apex"].sample(surface.points)[0])
     return surface.part(beyond < -FROM_CUT * anatomy.voxel)

@@ -83,7 +83,7 @@ def verdict(report: Report) -> Verdict:
 def sections(report: Report) -> tuple[Section, ...]:
     """Accuracy, quality, the heart's sizes and the time taken."""
     a, q, m = report.accuracy, report.quality, report.measurements
-    truncation = "none" if m.truncation is None else f"{number(m.truncation)} mm below the plane"
+    truncation = "none" if m.truncation is None else f"{number(m.truncation)} mm below the rim"
     return (
         Section(
             "Distance from mask to mesh",

@@ -211,15 +211,16 @@ def _draw(axes: Axes, slice_: Slice, view: SliceView, centre: Array, pixels: int
     points = _grid(slice_, view, centre, pixels)
     across, up = points[0, :, slice_.across], points[:, 0, j]
     world = points.reshape(-1, 3) @ view.frame[:3, :3].T + view.frame[:3, 3]
+    height = anatomy.base.surface.height(world).reshape(pixels, pixels)
     for name, colour in SURFACES.items():
         if name not in anatomy.surfaces:
             continue
         level = anatomy.surfaces[name].sample(world)[0].reshape(pixels, pixels)
-        level[points[..., 2] > 0] = np.nan  # beyond the base a surface means nothing
+        level[height > 0] = np.nan  # beyond the base a surface means nothing
         if np.nanmin(level, initial=1.0) < 0 < np.nanmax(level, initial=-1.0):
             axes.contour(across, up, level, levels=[0.0], colors=colour, linewidths=LINE)
     if j == 2:
-        axes.axhline(0.0, color=BASE, linewidth=LINE)
+        axes.contour(across, up, height, levels=[0.0], colors=BASE, linewidths=LINE)
         axes.plot([0, 0], [-anatomy.length, 0], color=AXIS, linestyle=DASHES)
     else:
         axes.plot(0, 0, "+", color=AXIS, markersize=10)

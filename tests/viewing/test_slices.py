@@ -10,10 +10,11 @@ from heartgen.anatomy import analyse
 
 pytest.importorskip("matplotlib")
 
+from matplotlib.colors import same_color
 from matplotlib.image import imread
 
 from heartgen.viewing import draw_slices
-from heartgen.viewing.slices import SLICES
+from heartgen.viewing.slices import BASE, SLICES
 
 
 def slice_of(figure, panel):
@@ -50,7 +51,8 @@ def test_surfaces_are_drawn_on_the_mask(figure, panel, result):
     axes = figure.axes[panel]
     voxels, _ = slice_of(figure, panel)
     left, right, bottom, top = axes.images[0].get_extent()
-    contours = [c.get_paths() for c in axes.collections]
+    sides = [c for c in axes.collections if not same_color(c.get_edgecolor(), BASE)]
+    contours = [c.get_paths() for c in sides]
     assert len(contours) == 2
     edge = np.concatenate([p.vertices for paths in contours for p in paths])
     column = (edge[:, 0] - left) / (right - left) * (voxels.shape[1] - 1)
@@ -61,6 +63,14 @@ def test_surfaces_are_drawn_on_the_mask(figure, panel, result):
         for r, c in zip(row.astype(int), column.astype(int), strict=True)
     ]
     assert np.mean(mixed) > 0.99
+
+
+@pytest.mark.parametrize("panel", [0, 1])
+def test_base_is_drawn_where_the_mesh_ends(figure, panel):
+    contours = figure.axes[panel].collections
+    (base,) = [c for c in contours if same_color(c.get_edgecolor(), BASE)]
+    heights = np.concatenate([path.vertices for path in base.get_paths()])[:, 1]
+    assert np.abs(heights).max() < 1e-6
 
 
 def test_slices_follow_the_heart_not_the_image():
