@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from heartgen import samples
     from heartgen.comparison import compare
+    from heartgen.formats import read_mesh, write_mesh
     from heartgen.images import Mask, mask_from_array, read_labels, read_mask
     from heartgen.mesh import HexMesh
     from heartgen.options import Options
@@ -27,7 +28,9 @@ __all__ = [
     "personalize_levels",
     "read_labels",
     "read_mask",
+    "read_mesh",
     "samples",
+    "write_mesh",
 ]
 
 _HOMES = {
@@ -41,6 +44,8 @@ _HOMES = {
     "personalize_levels": "heartgen.pipeline",
     "read_labels": "heartgen.images",
     "read_mask": "heartgen.images",
+    "read_mesh": "heartgen.formats",
+    "write_mesh": "heartgen.formats",
 }
 
 

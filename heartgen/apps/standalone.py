@@ -12,6 +12,7 @@ import numpy as np
 import pyvista as pv
 
 from heartgen.errors import InputError, needing
+from heartgen.formats import READERS, read_mesh_file, write_mesh
 from heartgen.viewing.scene import (
     AMBIENT,
     DARK,
@@ -44,7 +45,7 @@ def view_files(mesh: Path, mask: Path | None, port: int, browser: bool) -> None:
     Parameters
     ----------
     mesh : Path
-        VTU as heartgen writes it, or another mesh that PyVista reads.
+        As heartgen writes it (VTU, EXF, EX1), or another mesh that PyVista reads.
     mask : Path or None
     port : int
         0 for any that is free.
@@ -72,8 +73,11 @@ def read_mesh(path: Path) -> pv.DataSet:
     """
     if not path.is_file():
         raise InputError(f"{path}: There is no such file: check the path.")
-    if path.suffix.lower() == ".exf":
-        raise InputError(f"{path}: EX files are not shown: give mesh.vtu, which is beside it.")
+    if path.suffix.lower() in READERS and path.suffix.lower() != ".vtu":
+        found = read_mesh_file(path)
+        with tempfile.TemporaryDirectory(prefix="heartgen-") as folder:
+            write_mesh(found.mesh, Path(folder) / "mesh.vtu", found.fields)
+            return read_mesh(Path(folder) / "mesh.vtu")
     try:
         with pv.vtk_verbosity("off"), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # VTK's complaints become one sentence
@@ -114,7 +118,7 @@ def make_scene(mesh: pv.DataSet, mask: Mask | None) -> Any:
 def colours_of(plotter: Any) -> list[str]:
     """Names of what the mesh can be coloured by."""
     surface = plotter.actors["mesh"].mapper.dataset
-    hidden = ("vtkOriginal", "Normals", "implicit_distance")
+    hidden = ("vtkOriginal", "Normals", "implicit_distance", "surface ", "patch ", "part ")
     names = [
         name
         for name in surface.array_names

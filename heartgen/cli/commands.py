@@ -320,9 +320,46 @@ def dashboard(
 
 
 @app.command()
+def convert(
+    source: Annotated[
+        Path,
+        typer.Argument(metavar="IN", show_default=False, help="EXF, EX1 or VTU of cubic elements."),
+    ],
+    target: Annotated[
+        Path,
+        typer.Argument(metavar="OUT", show_default=False, help="Its ending says the format."),
+    ],
+    format: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", show_default=False, help="Format, where endings are shared: vtu-bezier."
+        ),
+    ] = None,
+    basis: Annotated[
+        str | None,
+        typer.Option(metavar="hermite|lagrange", show_default=False, help="As in IN if not given."),
+    ] = None,
+    order: Annotated[
+        int, typer.Option(min=1, max=3, help="Of Lagrange elements; below 3 they are resampled.")
+    ] = 3,
+    debug: Debug = False,
+) -> None:
+    """Write a mesh, with its fields, in another format, and say what is lost."""
+    with told(debug):
+        from heartgen.formats import convert as convert_file
+
+        written = convert_file(source, target, format, basis, order)
+        for note in written.notes:
+            errors.print(note, style="yellow", markup=False, highlight=False, soft_wrap=True)
+        for file in written.files:
+            typer.echo(file)
+
+
+@app.command()
 def view(
     mesh: Annotated[
-        Path, typer.Argument(metavar="MESH", show_default=False, help="mesh.vtu of a result.")
+        Path,
+        typer.Argument(metavar="MESH", show_default=False, help="mesh.vtu or .exf of a result."),
     ],
     mask: Annotated[
         Path | None,

@@ -1,18 +1,25 @@
-"""Meshes out to the field's tools, each by a writer that says what it loses."""
+"""Meshes out to the field's tools, each by a writer that says what it loses, and in again."""
 
+from heartgen.formats.assembled import MeshFile
 from heartgen.formats.ex1 import write_ex1
 from heartgen.formats.exf import write_exf
 from heartgen.formats.files import Written, replacing, write_text
+from heartgen.formats.reading import READERS, convert, read_mesh, read_mesh_file
 from heartgen.formats.resampling import Resampling
 from heartgen.formats.table import FORMATS, Format, file_name, write_mesh
 from heartgen.formats.vtu import write_vtu
 
 __all__ = [
     "FORMATS",
+    "READERS",
     "Format",
+    "MeshFile",
     "Resampling",
     "Written",
+    "convert",
     "file_name",
+    "read_mesh",
+    "read_mesh_file",
     "replacing",
     "write_ex1",
     "write_exf",

@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from heartgen.errors import HeartgenError
+from heartgen.errors import HeartgenError, InputError
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,26 @@ def write_text(text: str, path: str | Path) -> Written:
     with replacing(path) as temporary:
         temporary.write_bytes(text.encode())
     return Written((Path(path),))
+
+
+def read_text(path: str | Path) -> str:
+    """Content of a text file, in UTF-8.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    try:
+        return Path(path).read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"{path}: This is not a text file: give a mesh in a known format."
+        ) from error
+    except OSError as error:
+        raise InputError(
+            f"{path}: The file cannot be read ({error.strerror or error}): give one that exists."
+        ) from error
 
 
 @contextmanager

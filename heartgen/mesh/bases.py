@@ -46,14 +46,14 @@ def to_lagrange(mesh: HexMesh, order: int = DEGREE) -> HexMesh:
     if topology.basis == "lagrange" and order == DEGREE:
         return mesh
     number, first = coincident(probe(topology).evaluate(xi).reshape(-1, 3))
-    line = sp.csr_array(cube(lagrange_to_bernstein(order)))
     lagrange = replace(
         topology,
-        extraction=_extraction(line, number, len(first)),
+        extraction=lagrange_extraction(number, len(first), order),
         constant=np.ones(len(first)),
         straightening=None,
         basis="lagrange",
         hermite=topology if order == DEGREE else None,
+        joined=None,
     )
     return HexMesh(mesh.evaluate(xi).reshape(-1, 3)[first], lagrange)
 
@@ -86,6 +86,25 @@ def cube_by_ends(line: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(np.kron(line, np.kron(line, line)))
 
 
+def lagrange_extraction(number: NDArray[np.intp], n: int, order: int = DEGREE) -> sp.csr_array:
+    """Extraction of elements from values on their lattices.
+
+    Parameters
+    ----------
+    number : (e m,) int
+        Which of n values each element has at each of the m points of its lattice.
+    n : int
+    order : int
+
+    Returns
+    -------
+    (64 e, n) sparse
+    """
+    one = sp.csr_array(cube(lagrange_to_bernstein(order)))
+    n_elements = len(number) // one.shape[1]
+    return sp.csr_array(sp.kron(sp.eye_array(n_elements), one) @ _gather(number, n))
+
+
 def nodal_extraction(weights: sp.csr_array) -> sp.csr_array:
     """Extraction of elements whose corner parameters are known.
 
@@ -113,22 +132,18 @@ def _with_versions(mesh: HexMesh) -> HexMesh:
     key = np.column_stack([values.reshape(-1, 3) / _extent(mesh), slot.ravel()])
     number, first = coincident(key)
     weights = _gather(number, len(first))
+    dofs = values.reshape(-1, 3)[first]
     return HexMesh(
-        values.reshape(-1, 3)[first],
+        dofs,
         replace(
             topology,
             extraction=nodal_extraction(weights),
             constant=(slot.ravel()[first] % PARAMETERS == 0).astype(float),
             basis="hermite",
             hermite=None,
+            joined=dofs / _extent(mesh),
         ),
     )
-
-
-def _extraction(one: sp.csr_array, number: NDArray[np.intp], n: int) -> sp.csr_array:
-    """Extraction of elements that are all the same (64, m) of their own m of n numbers (e m,)."""
-    n_elements = len(number) // one.shape[1]
-    return sp.csr_array(sp.kron(sp.eye_array(n_elements), one) @ _gather(number, n))
 
 
 def _gather(number: NDArray[np.intp], n: int) -> sp.csr_array:

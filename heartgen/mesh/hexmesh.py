@@ -55,6 +55,9 @@ class Topology:
         lattices of the elements.
     hermite : Topology or None
         The cubic Hermite topology that one of the Lagrange basis was made from.
+    joined : (n, 3) float64 or None
+        Degrees of freedom of size 1 under which elements meet where they are to meet, if not all do
+        so: in files, each element may have derivatives of its own. None if all do.
     """
 
     extraction: sp.csr_array
@@ -69,6 +72,7 @@ class Topology:
     patches: Mapping[str, NDArray[np.intp]] = field(default_factory=dict)
     basis: Literal["hermite", "lagrange"] = "hermite"
     hermite: Topology | None = field(default=None, repr=False)
+    joined: NDArray[np.float64] | None = field(default=None, repr=False)
 
     @property
     def n_elements(self) -> int:
@@ -295,7 +299,7 @@ def _refine(topology: Topology, pieces: tuple[int, int, int]) -> Topology:
         index=index,
         surfaces={name: split_faces(f) for name, f in topology.surfaces.items()},
         collapsed=split_faces(topology.collapsed),
-        nodes=corner_nodes(extraction),
+        nodes=corner_nodes(extraction, topology.joined),
         parts={
             name: (n_cells * part[:, None] + np.arange(n_cells)).ravel()
             for name, part in topology.parts.items()

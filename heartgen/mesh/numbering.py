@@ -12,12 +12,15 @@ DIGITS = 9
 """Decimals to which places made from random numbers of size 1 are compared."""
 
 
-def corner_nodes(extraction: sp.csr_array) -> NDArray[np.intp]:
+def corner_nodes(
+    extraction: sp.csr_array, joined: NDArray[np.float64] | None = None
+) -> NDArray[np.intp]:
     """Number the corner nodes of elements.
 
     Parameters
     ----------
     extraction : (64 e, n) sparse
+    joined : (n, 3) float64, optional
         See `heartgen.mesh.hexmesh.Topology`.
 
     Returns
@@ -28,7 +31,8 @@ def corner_nodes(extraction: sp.csr_array) -> NDArray[np.intp]:
     ends = np.array([0, ORDER - 1])
     corners = (ends[None, None, :] + ORDER * ends[None, :, None]).reshape(1, -1)
     corners = (corners + ORDER**2 * ends[:, None]).ravel()
-    probe = np.random.default_rng(0).standard_normal((extraction.shape[1], 3))
+    random = np.random.default_rng(0).standard_normal((extraction.shape[1], 3))
+    probe = random if joined is None else joined
     places = np.asarray(extraction @ probe).reshape(-1, ORDER**3, 3)[:, corners].reshape(-1, 3)
     _, first, number = np.unique(
         np.round(places, DIGITS), axis=0, return_index=True, return_inverse=True

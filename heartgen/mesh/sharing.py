@@ -21,9 +21,17 @@ size 1, and far below what sets different combinations apart."""
 
 
 def probe(topology: Topology) -> HexMesh:
-    """Mesh of a topology with random degrees of freedom, always the same ones, of size 1."""
-    dofs = np.random.default_rng(0).standard_normal((topology.extraction.shape[1], 3))
-    return HexMesh(dofs, topology)
+    """Mesh of a topology with random degrees of freedom, always the same ones, of size 1.
+
+    If elements do not meet under random ones, the degrees of freedom are those under which they do.
+    """
+    joined = topology.joined
+    return HexMesh(random_dofs(topology) if joined is None else joined, topology)
+
+
+def random_dofs(topology: Topology) -> NDArray[np.float64]:
+    """Random degrees of freedom (n, 3) of size 1, always the same ones."""
+    return np.random.default_rng(0).standard_normal((topology.extraction.shape[1], 3))
 
 
 def coincident(places: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

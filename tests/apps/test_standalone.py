@@ -33,6 +33,14 @@ def test_arrays_of_the_file_and_the_distance_are_offered(scene):
     assert colour_by(scene, PLAIN) == ""
 
 
+def test_an_ex_file_is_the_same_mesh(finished, tmp_path):
+    mesh = finished.shown.result.mesh
+    for name in ("mesh.exf", "mesh.vtu"):
+        write_mesh(mesh, tmp_path / name)
+    shown = [read_mesh(tmp_path / name) for name in ("mesh.exf", "mesh.vtu")]
+    np.testing.assert_allclose(shown[0].points, shown[1].points, atol=1e-9)
+
+
 @pytest.mark.parametrize("name", ["absent.vtu", "mesh.exf", "text.vtu"])
 def test_what_is_no_mesh_gets_a_sentence(tmp_path, name):
     if name != "absent.vtu":

@@ -1,20 +1,54 @@
-"""Meshes to write: cups of several sizes, some refined, and one whose elements are turned."""
+"""Meshes to write: cups of several sizes, some refined, and one whose elements are turned.
+
+And hearts: a template of every topology there is.
+"""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
+from typing import get_args
 
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
 from heartgen import samples
-from heartgen.anatomy import analyse
+from heartgen.anatomy import Anatomy, analyse
 from heartgen.mesh import HexMesh
 from heartgen.mesh.hermite import cup_topology
-from heartgen.templates import biventricular_template
+from heartgen.options import Apex
+from heartgen.templates import biventricular_template, lv_template
 from heartgen.templates.ellipsoid import TruncatedEllipsoid
 from heartgen.templates.lv import ellipsoid_mesh
+
+HEARTS = [(ventricles, apex) for ventricles in ("lv", "biv") for apex in get_args(Apex)]
+"""Ventricles and kind of apex of every topology there is."""
+
+HOLE = 4.0
+"""Radius of the apical hole, mm."""
+
+
+@cache
+def anatomy(ventricles: str) -> Anatomy:
+    mask = samples.lifelike_lv(2.5).mask if ventricles == "lv" else samples.biv(2.5).mask
+    return analyse(mask, "auto", ventricles)  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="session", params=HEARTS, ids=[" ".join(heart) for heart in HEARTS])
+def heart(request: pytest.FixtureRequest) -> HexMesh:
+    """The template of a sample, in the Hermite basis."""
+    ventricles, apex = request.param
+    if ventricles == "lv":
+        return lv_template(anatomy("lv"), (1, 8, 3), apex=apex, hole=HOLE)
+    return biventricular_template(anatomy("biv"), (2, 8, 4), apex=apex, hole=HOLE)
+
+
+@pytest.fixture(params=["hermite", "lagrange"])
+def based(request: pytest.FixtureRequest, heart: HexMesh) -> HexMesh:
+    """It in either basis."""
+    return heart.to_lagrange() if request.param == "lagrange" else heart
+
 
 CUPS = {
     "1x12x6": ((1, 12, 6), None),

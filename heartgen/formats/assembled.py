@@ -1,0 +1,144 @@
+"""What a file says of a mesh, put together as a `HexMesh`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from heartgen.formats.groups import PARTS, PATCHES, SURFACES
+from heartgen.formats.skeleton import COLLAPSED, skeleton
+from heartgen.mesh.bernstein import ORDER
+from heartgen.mesh.field import MeshField
+from heartgen.mesh.hexmesh import COEFFICIENTS, HexMesh, Topology
+from heartgen.mesh.surfaces import face_coefficients
+
+FLAT = 1e-9
+"""Side, relative to the extent of the mesh, below which a face has collapsed to a line."""
+
+OTHER = "other"
+"""Surface of the external faces that no named surface has."""
+
+
+@dataclass(frozen=True)
+class MeshFile:
+    """What was read.
+
+    Attributes
+    ----------
+    mesh : HexMesh
+        mm, world (LPS), as the file is taken to be.
+    fields : tuple of MeshField
+    notes : tuple of str
+        What the file holds that was not read.
+    """
+
+    mesh: HexMesh
+    fields: tuple[MeshField, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def assembled(
+    dofs: NDArray[np.float64],
+    extraction: sp.csr_array,
+    nodes: NDArray[np.intp],
+    constant: NDArray[np.float64],
+    basis: Literal["hermite", "lagrange"],
+    index: NDArray[np.intp] | None,
+    surfaces: Mapping[str, NDArray[np.intp]],
+    parts: Mapping[str, NDArray[np.intp]],
+    patches: Mapping[str, NDArray[np.intp]],
+) -> HexMesh:
+    """Put a mesh together; parameters as the attributes of `HexMesh` and `Topology`.
+
+    Parameters
+    ----------
+    index : (e, 3) int or None
+        None if the file does not tell: the elements then stand in one row.
+    surfaces, parts, patches
+        Under our names. External faces that no surface has are made one named `OTHER`.
+    """
+    if index is None:
+        index = np.zeros((len(nodes), 3), dtype=np.intp)
+        index[:, 1] = np.arange(len(nodes))
+    control = np.asarray(extraction @ dofs).reshape(-1, COEFFICIENTS, 3)
+    extent = float(np.ptp(control.reshape(-1, 3), axis=0).max())
+    radial, around, along = (int(n) for n in index.max(axis=0) + 1)
+    topology = Topology(
+        extraction=extraction,
+        shape=(radial, around, along),
+        index=index,
+        surfaces=dict(surfaces),
+        collapsed=_collapsed(control, FLAT * extent),
+        nodes=nodes,
+        constant=constant,
+        straightening=None,
+        parts=dict(parts),
+        patches=dict(patches),
+        basis=basis,
+        joined=dofs / extent if basis == "hermite" else None,
+    )
+    other = _unnamed(topology)
+    if len(other):
+        topology.surfaces[OTHER] = other  # type: ignore[index]  # our own dict, see above
+    return HexMesh(dofs, topology)
+
+
+def our_name(name: str) -> str:
+    """Our name of a part that a file calls by the field's."""
+    known = {theirs: ours for of in (SURFACES, PARTS, PATCHES) for ours, theirs in of.items()}
+    return known.get(name, name)
+
+
+def named_faces(
+    groups: Mapping[str, NDArray[np.intp]], outside: set[tuple[int, int]]
+) -> tuple[dict[str, NDArray[np.intp]], dict[str, NDArray[np.intp]]]:
+    """Tell surfaces from pieces of surfaces.
+
+    Parameters
+    ----------
+    groups : mapping of str to (n, 2) int
+        Named faces.
+    outside : set of (int, int)
+        All external faces.
+
+    Returns
+    -------
+    surfaces, patches : dict of str to (n, 2) int
+        Of groups with names that are not ours, those are surfaces that are external and share no
+        face with a surface before them.
+    """
+    surfaces = {name: faces for name, faces in groups.items() if name in SURFACES}
+    patches = {}
+    taken = {(int(e), int(f)) for faces in surfaces.values() for e, f in faces}
+    for name, faces in groups.items():
+        if name in SURFACES:
+            continue
+        own = {(int(e), int(f)) for e, f in faces}
+        if name not in PATCHES and own <= outside - taken:
+            surfaces[name] = faces
+            taken |= own
+        else:
+            patches[name] = faces
+    return surfaces, patches
+
+
+def _collapsed(control: NDArray[np.float64], flat: float) -> NDArray[np.intp]:
+    """Faces (m, 2) whose coefficients are within this distance all along one direction."""
+    faces = control[:, face_coefficients()].reshape(len(control), 6, ORDER, ORDER, 3)
+    sides = [np.ptp(faces, axis=axis).max(axis=(-2, -1)) for axis in (2, 3)]
+    return np.argwhere(np.minimum(*sides) < flat)
+
+
+def _unnamed(topology: Topology) -> NDArray[np.intp]:
+    """External faces (n, 2) that no surface has."""
+    faces = skeleton(topology).faces
+    lone = np.bincount(faces[faces != COLLAPSED], minlength=1) == 1
+    outside = (faces != COLLAPSED) & lone[np.maximum(faces, 0)]
+    for of in (*topology.surfaces.values(), topology.collapsed):
+        outside[of[:, 0], of[:, 1]] = False
+    return np.argwhere(outside)
