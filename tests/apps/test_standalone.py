@@ -27,8 +27,7 @@ def test_mesh_lies_on_its_mask(scene):
 
 
 def test_arrays_of_the_file_and_the_distance_are_offered(scene):
-    surfaces = {"surface lv_endo", "surface epi", "surface base"}
-    assert set(colours_of(scene)) == {PLAIN, "jacobian_ratio", DISTANCE, *surfaces}
+    assert set(colours_of(scene)) == {PLAIN, "jacobian_ratio", DISTANCE}
     assert "to" in colour_by(scene, "jacobian_ratio")
     assert colour_by(scene, PLAIN) == ""
 
