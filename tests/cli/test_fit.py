@@ -55,7 +55,7 @@ def test_options_arrive(run, mask_file, tmp_path):
         "fit", mask_file, "-o", tmp_path, "--lod", 2, "--elements", "2x10x5",
         "--truncate", "7.5", "--depth", "linear", "--basis", "lagrange",
         "--no-enhance", "--no-refine", "--quality", 2.0, "--ventricles", "lv",
-        "--septum", "-1,0,0.5",
+        "--septum", "-1,0,0.5", "--base", "plane", "--apex", "hole", "--hole-radius", 6.0,
     )  # fmt: skip
     assert outcome.exit_code == 0, outcome.output
     options = json.loads((tmp_path / "report.json").read_text())["options"]
@@ -70,6 +70,9 @@ def test_options_arrive(run, mask_file, tmp_path):
         "depth": "linear",
         "basis": "lagrange",
         "septum": [-1.0, 0.0, 0.5],
+        "base": "plane",
+        "apex": "hole",
+        "hole_radius": 6.0,
     }
 
 
