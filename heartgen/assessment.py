@@ -147,7 +147,7 @@ def assess_accuracy(
     )
     hit = names[nearest.face]
     points, _, area = sample_faces(mesh, faces, REVERSE_SAMPLES)
-    back = _distance_to(surface, points)
+    back = distance_to(surface, points)
     mean = _mean(nearest.distance, target.weights)
     reverse = _mean(back, area)
     return Accuracy(
@@ -178,8 +178,19 @@ def _parts(
     return parts
 
 
-def _distance_to(target: Isosurface, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Distance to the isosurface: to the nearest vertex's tangent plane where that is close."""
+def distance_to(target: Isosurface, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distance to an isosurface: to the nearest vertex's tangent plane where that is close.
+
+    Parameters
+    ----------
+    target : Isosurface
+    points : (n, 3) float64
+        mm, world (LPS).
+
+    Returns
+    -------
+    (n,) float64, mm
+    """
     far, nearest = cKDTree(target.points).query(points, workers=nb.get_num_threads())
     reach = np.sqrt(np.median(target.weights))
     offset = points - target.points[nearest]

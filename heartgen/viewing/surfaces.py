@@ -6,6 +6,7 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
+from heartgen.assessment import distance_to
 from heartgen.images.isosurface import isosurface
 from heartgen.images.levelset import LevelSet, signed_distance
 from heartgen.images.mask import Mask
@@ -129,8 +130,7 @@ def level_of(mask: Mask) -> LevelSet:
 
 def to_mask(points: NDArray[np.float64], myocardium: LevelSet) -> NDArray[np.float64]:
     """Distance (n,), mm, of points (n, 3), mm, world (LPS), to the isosurface of the mask."""
-    measured = pv.PolyData(points).compute_implicit_distance(mask_surface(myocardium))
-    return np.asarray(np.abs(measured["implicit_distance"]), dtype=float)
+    return distance_to(isosurface(myocardium), np.asarray(points, dtype=float))
 
 
 def to_mesh(points: NDArray[np.float64], mesh: HexMesh) -> NDArray[np.float64]:
