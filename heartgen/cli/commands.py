@@ -342,13 +342,31 @@ def convert(
     order: Annotated[
         int, typer.Option(min=1, max=3, help="Of Lagrange elements; below 3 they are resampled.")
     ] = 3,
+    cells: Annotated[
+        str | None,
+        typer.Option(
+            metavar="hex8|hex20|hex27|tet4|tet10",
+            show_default=False,
+            help="Cells to which the mesh is resampled, for formats of simple cells.",
+        ),
+    ] = None,
+    pieces: Annotated[
+        str | None,
+        typer.Option(
+            metavar="RxCxL",
+            show_default=False,
+            help="Pieces of an element, radial x circumferential x longitudinal.",
+        ),
+    ] = None,
     debug: Debug = False,
 ) -> None:
     """Write a mesh, with its fields, in another format, and say what is lost."""
     with told(debug):
         from heartgen.formats import convert as convert_file
+        from heartgen.options import elements_from_text
 
-        written = convert_file(source, target, format, basis, order)
+        parts = None if pieces is None else elements_from_text(pieces)
+        written = convert_file(source, target, format, basis, order, cells, parts)
         for note in written.notes:
             errors.print(note, style="yellow", markup=False, highlight=False, soft_wrap=True)
         for file in written.files:

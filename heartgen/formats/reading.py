@@ -10,7 +10,7 @@ from heartgen.errors import InputError
 from heartgen.formats.assembled import MeshFile
 from heartgen.formats.exread import read_ex
 from heartgen.formats.files import Written
-from heartgen.formats.table import format_of, write_mesh
+from heartgen.formats.table import resampling_for, write_mesh
 from heartgen.formats.vturead import read_vtu
 from heartgen.mesh.bases import deviation
 from heartgen.mesh.hexmesh import HexMesh
@@ -62,6 +62,8 @@ def convert(
     format: str | None = None,
     basis: str | None = None,
     order: int = 3,
+    cells: str | None = None,
+    pieces: tuple[int, int, int] | None = None,
 ) -> Written:
     """Read a mesh and write it, with its fields, in another format.
 
@@ -74,6 +76,10 @@ def convert(
         That of the mesh that is written; as it is read if omitted.
     order : {1, 2, 3}
         Of the elements in the Lagrange basis; lower ones than 3 resample the mesh.
+    cells : {"hex8", "hex20", "hex27", "tet4", "tet10"}, optional
+        Simple cells to which the mesh is resampled; the usual ones of the format if omitted.
+    pieces : (int, int, int), optional
+        Of an element (radial, circumferential, longitudinal); the usual ones if omitted.
 
     Returns
     -------
@@ -89,7 +95,7 @@ def convert(
         raise InputError(f"basis {basis!r} is not known: choose hermite or lagrange")
     if order != 3 and basis != "lagrange":
         raise InputError(f"order {order} is one of the Lagrange basis: add --basis lagrange")
-    format_of(target, format)
+    wanted = resampling_for(target, format, cells, pieces)
     read = read_mesh_file(source)
     mesh, notes = read.mesh, list(read.notes)
     if basis == "hermite":
@@ -99,5 +105,5 @@ def convert(
         if order != 3:
             moved = deviation(mesh, read.mesh)
             notes.append(f"elements of order {order} lie up to {moved:.3g} mm from the mesh")
-    written = write_mesh(mesh, target, read.fields, format)
+    written = write_mesh(mesh, target, read.fields, format, wanted)
     return replace(written, notes=(*notes, *written.notes))

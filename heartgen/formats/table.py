@@ -190,6 +190,22 @@ def format_of(path: str | Path, name: str | None = None, simple: bool = False) -
     raise InputError(f"{path}: A mesh cannot be written in this format: end the name in {endings}.")
 
 
+def resampling_for(
+    path: str | Path,
+    name: str | None,
+    cells: str | None,
+    pieces: tuple[int, int, int] | None,
+) -> Resampling | None:
+    """What to resample to for a file, if anything was asked for; `InputError` if that cannot be.
+
+    Cells or pieces that are not given are the usual ones of the format.
+    """
+    chosen = format_of(path, name, simple=cells is not None or pieces is not None)
+    if not isinstance(chosen.write, CellFormat) or (cells is None and pieces is None):
+        return None
+    return Resampling(cells or chosen.write.usual.kind, pieces or (0, 0, 0))
+
+
 def _ends(path: str | Path, format: Format) -> bool:
     """Whether a file name ends as files of a format do."""
     return format.ending == Path(path).suffix.lower()

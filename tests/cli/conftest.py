@@ -9,7 +9,7 @@ from scipy.ndimage import binary_fill_holes as fill
 from typer.testing import CliRunner
 
 from heartgen import samples
-from heartgen.cli.commands import app
+from heartgen.cli.cohort import app
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,130 @@
+"""The commands for meshes that are there: `rasterize` and `render`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from heartgen.cli.commands import Debug, app
+from heartgen.cli.outcome import appearing_together, errors, told
+from heartgen.errors import InputError, needing
+
+__all__ = ["app"]
+
+Mesh = Annotated[
+    Path,
+    typer.Argument(metavar="MESH", show_default=False, help="mesh.exf or mesh.vtu of a result."),
+]
+
+
+@app.command()
+def rasterize(
+    mesh: Mesh,
+    like: Annotated[
+        Path,
+        typer.Argument(
+            metavar="LIKE", show_default=False, help="Image whose voxels are to be filled."
+        ),
+    ],
+    out: Annotated[
+        Path,
+        typer.Option(
+            "-o", "--out", metavar="OUT", show_default=False, help=".nii.gz, .nii, .nrrd or .mha."
+        ),
+    ],
+    partial: Annotated[
+        bool, typer.Option("--partial", help="Share of each voxel in the mesh, not 0 or 1.")
+    ] = False,
+    debug: Debug = False,
+) -> None:
+    """Draw a mesh into an image like another one: binary, or with partial volumes."""
+    with told(debug):
+        import numpy as np
+
+        from heartgen.formats import read_mesh
+        from heartgen.images.reading import read_grid
+        from heartgen.images.writing import check_image_name, write_image
+        from heartgen.mesh.jacobian import volume
+        from heartgen.mesh.rasterization import rasterize as drawn
+
+        check_image_name(out)
+        shape, affine = read_grid(like)
+        found = read_mesh(mesh)
+        image = drawn(found, shape, affine, partial)
+        voxel = abs(float(np.linalg.det(affine[:3, :3])))
+        share = float(image.sum(dtype=float)) * voxel / volume(found)
+        with appearing_together(out.parent) as folder:
+            write_image(image if partial else image.astype(np.uint8), affine, folder / out.name)
+        errors.print(f"{100 * share:.2f} % of the volume of the mesh are in the image")
+
+
+@app.command()
+def render(
+    mesh: Mesh,
+    mask: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[MASK]", show_default=False, help="The mask it was fitted to, if any."
+        ),
+    ] = None,
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="PICTURE", help="PNG.")] = Path(
+        "mesh.png"
+    ),
+    colour: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--colour",
+            metavar="NAME",
+            show_default=False,
+            help="A row of the picture: region, quality, error or overlay (with MASK), change "
+            "(with --compare), transmural, longitudinal, circumferential, thickness, aha, plain; "
+            "may be repeated.",
+        ),
+    ] = None,
+    view: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--view",
+            metavar="NAME",
+            show_default=False,
+            help="A column: oblique, septal, anterior, lateral, inferior, basal, apical; may be "
+            "repeated.",
+        ),
+    ] = None,
+    compare: Annotated[
+        Path | None,
+        typer.Option(metavar="MESH", show_default=False, help="Another mesh, for change."),
+    ] = None,
+    limit: Annotated[
+        float, typer.Option(metavar="MM", min=0.001, help="End of the scale of the error.")
+    ] = 1.0,
+    no_edges: Annotated[
+        bool, typer.Option("--no-edges", help="Leave out the edges of the elements.")
+    ] = False,
+    debug: Debug = False,
+) -> None:
+    """Draw a mesh for print, a row for each colouring and a column for each view."""
+    with told(debug):
+        from heartgen.formats import read_mesh, replacing
+        from heartgen.images import read_mask
+
+        with needing("pictures need", "plot"):
+            from heartgen.viewing import render as draw
+        if out.suffix.lower() != ".png":
+            raise InputError(f"{out}: Pictures of meshes are PNG: end the name in .png.")
+        rows = colour or (["overlay", "error"] if mask else ["region"])
+        with replacing(out) as temporary:
+            plotter = draw(
+                read_mesh(mesh),
+                temporary,
+                colours=rows,
+                views=view or ["oblique"],
+                mask=None if mask is None else read_mask(mask),
+                other=None if compare is None else read_mesh(compare),
+                edges=not no_edges,
+                error_limit=limit,
+            )
+            plotter.close()
+        typer.echo(out)
