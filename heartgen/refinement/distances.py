@@ -63,10 +63,6 @@ class Distances:
         """Return the same with the weights multiplied by a factor (f,) for each face."""
         return replace(self, weight=self.weight * trust[self.face])
 
-    def scaled(self, trust: NDArray[np.float64]) -> Distances:
-        """Return the distances with weights multiplied by a factor (f,) for each face."""
-        return replace(self, weight=self.weight * trust[self.face])
-
 
 def to_patient(mesh: HexMesh, faces: FaceFreedom, patient: Patient, cut_weight: float) -> Distances:
     """Signed distances of the patient's surfaces at samples of the mesh's faces."""
