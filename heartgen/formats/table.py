@@ -12,6 +12,7 @@ from heartgen.formats.cheart import write_cheart
 from heartgen.formats.ex1 import write_ex1
 from heartgen.formats.exf import write_exf
 from heartgen.formats.febio import write_febio
+from heartgen.formats.fieldml import write_fieldml
 from heartgen.formats.files import Written
 from heartgen.formats.grids import write_cells_vtu, write_xdmf
 from heartgen.formats.mfem import write_mfem
@@ -95,6 +96,12 @@ def _of_surfaces(name: str, ending: str, title: str, write: SurfaceWriter) -> Fo
 FORMATS = _table(
     Format("exf", ".exf", "EX version 3: OpenCMISS, zinc, scaffoldmaker", write_exf),
     Format("ex1", ".exelem", "EX version 1, two files: cmGui and tools of its time", write_ex1),
+    Format(
+        "fieldml",
+        ".fieldml",
+        "FieldML 0.5: zinc, OpenCMISS; needs heartgen[fieldml]",
+        write_fieldml,
+    ),
     Format("vtu", ".vtu", "VTK, cubic cells: ParaView, PyVista", write_vtu),
     Format("vtu-bezier", ".vtu", "VTK, Bezier cells: ParaView, PyVista", write_bezier_vtu),
     Format("vtk", ".vtk", "legacy VTK 5.1, cubic cells: ParaView, meshio", write_legacy_vtk),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 import heartgen
 from heartgen.mesh.bases import deviation
 
@@ -23,6 +25,14 @@ def test_lower_orders_say_their_error(run, fitted, tmp_path):
     assert outcome.exit_code == 0, outcome.output
     moved = deviation(heartgen.read_mesh(source), heartgen.read_mesh(target))
     assert f"elements of order 1 lie up to {moved:.3g} mm from the mesh" in outcome.stderr
+
+
+def test_fieldml_says_what_it_does_not_hold(run, fitted, tmp_path):
+    pytest.importorskip("cmlibs.zinc.context")
+    outcome = run("convert", fitted[1] / "mesh.exf", tmp_path / "mesh.fieldml")
+    assert outcome.exit_code == 0, outcome.output
+    assert outcome.stdout.split() == [str(tmp_path / "mesh.fieldml")]
+    assert "mesh.fieldml does not hold the" in outcome.stderr
 
 
 def test_what_cannot_be_done_is_a_sentence(run, fitted, tmp_path, names):

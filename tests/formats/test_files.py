@@ -144,6 +144,8 @@ def test_the_ending_decides(small, tmp_path, name):
 
 @pytest.mark.parametrize("name", FORMATS)
 def test_every_format_has_a_file_name_that_it_accepts(small, tmp_path, name):
+    if name == "fieldml":
+        pytest.importorskip("cmlibs.zinc.context")
     written = write_mesh(small, tmp_path / file_name("mesh", name), format=name)
     assert all(file.stat().st_size > 0 for file in written.files)
     assert {file.name.partition(".")[0] for file in written.files} <= {"mesh", f"mesh-{name}"}

@@ -206,6 +206,7 @@ class ByMfem:
 READERS = [
     ("exf", ByZinc),
     ("ex1", ByZinc),
+    ("fieldml", ByZinc),
     ("vtu", ByVtk),
     ("vtu-bezier", ByVtk),
     ("vtk", ByVtk),
