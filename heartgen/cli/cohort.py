@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from heartgen.cli.commands import Debug, Label, Labels, RvWall
-from heartgen.cli.meshes import app
+from heartgen.cli.comparing import app
 from heartgen.cli.outcome import check_folder, told
 from heartgen.errors import Cancelled, HeartgenError, InputError
 

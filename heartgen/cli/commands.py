@@ -56,6 +56,15 @@ Labels = Annotated[
         "lv_myocardium=2,lv_pool=3,rv_pool=1.",
     ),
 ]
+Septum = Annotated[
+    str | None,
+    typer.Option(
+        metavar="X,Y,Z",
+        show_default=False,
+        help="Direction from the left ventricle to the septum (LPS), where AHA segments start; "
+        "if not given, that of the right ventricle, or -1,-1,0 where there is none.",
+    ),
+]
 RvWall = Annotated[
     float | None,
     typer.Option(
@@ -167,15 +176,7 @@ def fit(
             "sheet=0/0 if not given.",
         ),
     ] = None,
-    septum: Annotated[
-        str | None,
-        typer.Option(
-            metavar="X,Y,Z",
-            show_default=False,
-            help="Direction from the left ventricle to the septum (LPS), where AHA segments start; "
-            "if not given, that of the right ventricle, or -1,-1,0 where there is none.",
-        ),
-    ] = None,
+    septum: Septum = None,
     quality: Annotated[
         float,
         typer.Option(

@@ -18,10 +18,12 @@ from heartgen import pipeline
 from heartgen.anatomy import Anatomy
 from heartgen.cli.outcome import errors
 from heartgen.cohort.summary import Summary
+from heartgen.comparison import Comparison
 from heartgen.images import Finding, Mask
 from heartgen.options import STEPS
 from heartgen.report import Report
 from heartgen.viewing.card import Section, number, sections, verdict
+from heartgen.viewing.states import changes, headline, states
 
 console = Console()
 
@@ -71,6 +73,23 @@ def show_report(report: Report) -> None:
     _show_findings(report.findings)
     sentence = Text.assemble((report.name, "bold"), ": ", (judged.text, STYLES[judged.level]))
     console.print(sentence, soft_wrap=True)
+
+
+def show_comparison(comparison: Comparison) -> None:
+    """Show what a heart ejects, its strains, and the indices of each state."""
+    console.print()
+    console.print(Columns([_table(part) for part in changes(comparison)], padding=(0, 3)))
+    shown = states(comparison)
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table.add_column("")
+    for name in shown.names:
+        table.add_column(Text(name), justify="right")
+    for measure, values in shown.rows:
+        table.add_row(Text(measure), *map(Text, values))
+    console.print(table)
+    for note in comparison.notes:
+        console.print(Text(note, "yellow"), soft_wrap=True)
+    console.print(Text(headline(comparison), "bold"), soft_wrap=True)
 
 
 def show_image(mask: Mask) -> None:

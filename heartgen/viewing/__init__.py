@@ -13,6 +13,7 @@ from heartgen.errors import needing
 if TYPE_CHECKING:
     from heartgen.viewing.fields import plot_fibres, plot_field
     from heartgen.viewing.figures import draw_histograms, draw_tradeoff
+    from heartgen.viewing.motion import compare_html
     from heartgen.viewing.page import view_html
     from heartgen.viewing.rendering import render
     from heartgen.viewing.scene import plot
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from heartgen.viewing.stages import draw_mesh, draw_stages
 
 __all__ = [
+    "compare_html",
     "draw_histograms",
     "draw_mesh",
     "draw_slices",
@@ -33,6 +35,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "compare_html": "heartgen.viewing.motion",
     "draw_histograms": "heartgen.viewing.figures",
     "draw_mesh": "heartgen.viewing.stages",
     "draw_slices": "heartgen.viewing.slices",

@@ -65,9 +65,16 @@ def view_html(result: Personalization, path: str | Path) -> Path:
     plotter.remove_scalar_bar()
     scene = scene_page(plotter)
     plotter.close()
-    template = files("heartgen.viewing").joinpath("page.html").read_text(encoding="utf-8")
-    text = Template(template).substitute(_fields(result.report, scale), scene=html.escape(scene))
-    write_text(text, path)
+    return fill_page("page.html", path, scene, **_fields(result.report, scale))
+
+
+def fill_page(template: str, path: str | Path, scene: str, **fields: str) -> Path:
+    """Write a page with a scene and what else a template of this package asks for."""
+    text, style = (
+        files("heartgen.viewing").joinpath(name).read_text(encoding="utf-8")
+        for name in (template, "page.css")
+    )
+    write_text(Template(text).substitute(fields, style=style, scene=html.escape(scene)), path)
     return Path(path)
 
 
@@ -80,7 +87,7 @@ def _fields(report: Report, scale: Scale) -> dict[str, str]:
         "name": html.escape(report.name),
         "level": judged.level,
         "verdict": html.escape(judged.text),
-        "sections": "\n".join(map(_section, sections(report))),
+        "sections": "\n".join(map(section_table, sections(report))),
         "notes": "\n".join(f"<li>{html.escape(f.message)}</li>" for f in report.findings),
         "key": gradient(scale),
         "key_title": scale.title,
@@ -95,7 +102,7 @@ def _fields(report: Report, scale: Scale) -> dict[str, str]:
     }
 
 
-def _section(section: Section) -> str:
+def section_table(section: Section) -> str:
     """A titled table."""
     rows = "".join(
         f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"

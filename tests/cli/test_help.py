@@ -25,7 +25,7 @@ def test_help_names_the_commands_and_loads_nothing_heavy():
     answer = subprocess.run(
         [sys.executable, "-c", code, "--help"], capture_output=True, text=True, check=True
     )
-    for command in ("fit", "inspect", "demo", "convert"):
+    for command in ("fit", "inspect", "demo", "convert", "compare"):
         assert command in answer.stdout
     loaded = {name.partition(".")[0] for name in json.loads(answer.stderr)}
     assert not loaded & {"SimpleITK", "matplotlib", "numba", "numpy", "pyvista", "scipy", "skimage"}
