@@ -17,9 +17,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
+from heartgen.mesh.grading import LINEAR, Grading, shares
 from heartgen.mesh.hermite import (
-    LINEAR,
-    depth,
     ends,
     faces_of,
     line_extraction,
@@ -64,7 +63,7 @@ class Opening:
 def biventricular_topology(
     shape: tuple[int, int, int],
     opening: Opening,
-    grading: tuple[float, float] = LINEAR,
+    grading: Grading = LINEAR,
     angles: Angles | None = None,
     apex: Apex = "collapsed",
 ) -> Topology:
@@ -75,8 +74,8 @@ def biventricular_topology(
     shape : (int, int, int)
         Elements (radial, circumferential, longitudinal).
     opening : Opening
-    grading : (float, float)
-        Slope of the depth at endo- and epicardium of the straightened wall of the left ventricle.
+    grading : Grading
+        Of the depth in the straightened wall of the left ventricle.
     angles : Angles, optional
         At which the columns leave a pole.
     apex : {"collapsed", "hole", "patch"}
@@ -227,7 +226,7 @@ class _Blocks:
             ones[block[:, 0][:, self.sheet.values]] = 1
         return np.asarray(ones[self.owner])
 
-    def straightening(self, grading: tuple[float, float]) -> sp.csr_array:
+    def straightening(self, grading: Grading) -> sp.csr_array:
         """Straight across each block, and across the whole wall beside the rectangle."""
         rows: list[NDArray[np.intp]] = []
         columns: list[NDArray[np.intp]] = []
@@ -238,18 +237,21 @@ class _Blocks:
             dofs: NDArray[np.intp],
             ends: tuple[NDArray[np.intp], NDArray[np.intp]],
             xi: NDArray[np.float64],
-            slopes: tuple[float, float],
+            grading: Grading,
         ) -> None:
-            value, slope = depth(xi, slopes)
             step = xi[1] - xi[0]
-            for layer in range(len(block)):
-                for derivative, (a, b) in enumerate(
-                    ((1 - value[layer], value[layer]), (-slope[layer] * step, slope[layer] * step))
-                ):
-                    for end, weight in zip(ends, (a, b), strict=True):
-                        rows.append(block[layer, derivative][dofs])
-                        columns.append(end[dofs])
-                        weights.append(np.full(len(dofs), weight))
+            for target, source, value, slope, whole in shares(self.sheet, dofs, xi, grading):
+                for layer in range(len(block)):
+                    for derivative, (a, b) in enumerate(
+                        (
+                            (whole - value[layer], value[layer]),
+                            (-slope[layer] * step, slope[layer] * step),
+                        )
+                    ):
+                        for end, weight in zip(ends, (a, b), strict=True):
+                            rows.append(block[layer, derivative][target])
+                            columns.append(end[source])
+                            weights.append(weight)
 
         endo, epi = self.inner[0, 0], self.beside[-1, 0]
         septum, free = self.inner[-1, 0], self.within[0, 0]
@@ -269,6 +271,6 @@ class _Blocks:
         weights.append(np.ones(len(inside)))
         entries = (np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns)))
         size = len(self.number)
-        whole = sp.csr_array(sp.coo_array(entries, shape=(size, size)))
-        whole.eliminate_zeros()
-        return sp.csr_array(whole[self.owner] @ self.shared)
+        straight = sp.csr_array(sp.coo_array(entries, shape=(size, size)))
+        straight.eliminate_zeros()
+        return sp.csr_array(straight[self.owner] @ self.shared)

@@ -13,14 +13,12 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
-from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN, bernstein, bernstein_derivative
+from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN
+from heartgen.mesh.grading import LINEAR, Grading, shares
 from heartgen.mesh.hexmesh import Topology
 from heartgen.mesh.patch import patch_sheet
 from heartgen.mesh.sheet import Angles, Sheet, collapsed_sheet, open_sheet
 from heartgen.options import Apex
-
-LINEAR = (1.0, 1.0)
-"""Grading of a wall whose depth is proportional to xi."""
 
 MIN_CIRCUMFERENTIAL = 3
 """Fewer elements around cannot carry the tangent plane of the pole."""
@@ -31,7 +29,7 @@ RIM = "apex"
 
 def cup_topology(
     shape: tuple[int, int, int],
-    grading: tuple[float, float] = LINEAR,
+    grading: Grading = LINEAR,
     apex: Apex = "collapsed",
 ) -> Topology:
     """Topology of a cup.
@@ -40,8 +38,8 @@ def cup_topology(
     ----------
     shape : (int, int, int)
         Elements (radial, circumferential, longitudinal).
-    grading : (float, float)
-        Slope of the depth at endo- and epicardium once the wall is straightened, see `depth`.
+    grading : Grading
+        Of the depth once the wall is straightened.
     apex : {"collapsed", "hole", "patch"}
 
     Returns
@@ -79,7 +77,7 @@ def cup_topology(
         collapsed=faces_of(element[:, sheet.collapsed], 2),
         nodes=np.concatenate([np.hstack(pair) for pair in pairwise(nodes)]),
         constant=np.tile(np.concatenate([ones, 0 * ones]), radial + 1),
-        straightening=_straightening(radial, sheet.n, grading),
+        straightening=_straightening(radial, sheet, grading),
     )
 
 
@@ -157,32 +155,28 @@ def tensor_extraction(line: NDArray[np.float64], surface: sp.csr_array) -> sp.cs
     return sp.csr_array(flat[order.ravel()])
 
 
-def depth(
-    xi: NDArray[np.float64], grading: tuple[float, float]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Relative depth in a graded wall: the cubic from 0 to 1 with given slopes at its ends.
-
-    Parameters
-    ----------
-    xi : (n,) float64
-        Transmural coordinate, 0 endocardium to 1 epicardium.
-    grading : (float, float)
-        Slopes at endo- and epicardium; (1, 1) is linear.
-
-    Returns
-    -------
-    value, slope : (n,) float64
-    """
-    coefficients = HERMITE_TO_BERNSTEIN @ np.array([0.0, grading[0], 1.0, grading[1]])
-    return bernstein(xi) @ coefficients, bernstein_derivative(xi) @ coefficients
-
-
-def _straightening(radial: int, n_surface: int, grading: tuple[float, float]) -> sp.csr_array:
+def _straightening(radial: int, sheet: Sheet, grading: Grading) -> sp.csr_array:
     """Straight across the whole wall: each layer follows from endo- and epicardium."""
-    line = np.zeros((2 * (radial + 1), 2 * (radial + 1)))
-    value, slope = depth(np.linspace(0, 1, radial + 1), grading)
-    line[0::2, 0], line[0::2, 2 * radial] = 1 - value, value
-    line[1::2, 0], line[1::2, 2 * radial] = -slope / radial, slope / radial
-    line[0, 0] = line[-2, 2 * radial] = 1.0
-    line[0, 2 * radial] = line[-2, 0] = 0.0
-    return sp.csr_array(sp.kron(sp.csr_array(line), sp.eye_array(n_surface)))
+    n, xi = sheet.n, np.linspace(0, 1, radial + 1)
+    dofs = np.arange(n)
+    rows, columns, weights = (
+        [dofs, 2 * radial * n + dofs],
+        [dofs, 2 * radial * n + dofs],
+        2 * [np.ones(n)],
+    )
+    for target, source, value, slope, whole in shares(sheet, dofs, xi, grading):
+        for layer in range(radial + 1):
+            parts = [
+                (whole - value[layer], value[layer]),
+                (-slope[layer] / radial, slope[layer] / radial),
+            ]
+            for derivative, part in enumerate(parts):
+                if derivative == 0 and layer in (0, radial):
+                    continue  # the surfaces themselves stay as they are, bit for bit
+                for end, weight in zip((0, radial), part, strict=True):
+                    rows.append((2 * layer + derivative) * n + target)
+                    columns.append(2 * end * n + source)
+                    weights.append(weight)
+    size = 2 * (radial + 1) * n
+    entries = (np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns)))
+    return sp.csr_array(sp.coo_array(entries, shape=(size, size)))

@@ -33,6 +33,7 @@ from heartgen.mesh.sheet import (
     grid_index,
     node_corners,
     ring_corners,
+    rising,
 )
 
 Array = NDArray[np.float64]
@@ -105,12 +106,21 @@ def patch_sheet(around: int, along: int, corner: int = 0) -> Sheet:
     numbers = np.arange(around * along).reshape(along, around)
     numbers[1:] += (side - 1) ** 2
     on_patch = np.stack([node[j, i], node[j, i + 1], node[j + 1, i], node[j + 1, i + 1]], -1)
-    inside = np.arange(CORNER_DOFS * SIDES + SIDE_DOFS * (around - SIDES), n, NODE_DOFS)
+    on_rim = CORNER_DOFS * SIDES + SIDE_DOFS * (around - SIDES)
+    inside = np.arange(on_rim, n, NODE_DOFS)
     return Sheet(
         extraction=extraction_of(parameters, np.concatenate([inner, corners])),
         index=np.concatenate([np.stack([j * side + i, 0 * i], -1), ring]),
         nodes=np.concatenate([on_patch, node_corners(above_patch, numbers)]),
         values=np.concatenate([rim.values, inside]),
+        rows=np.concatenate(
+            [
+                np.ones(on_rim, dtype=np.intp),
+                np.zeros(apex_dofs - on_rim, dtype=np.intp),
+                np.repeat(np.arange(2, along + 1), NODE_DOFS * around),
+            ]
+        ),
+        rising=np.concatenate([rim.rising, rising(np.arange(apex_dofs, n))]),
         around=around,
         first_row=2,
         apex_dofs=apex_dofs,
@@ -128,6 +138,8 @@ class _Rim:
         Those degrees of freedom.
     values : (around,) int
         Which of them are positions of corners and sides.
+    rising : (m, 2) int
+        Which are derivatives by xi2, and of what.
     right, left : (around, 4, size) float64
         Parameters of row 1 in the elements of the ring to the right and left of each column.
     patch : ((side + 1)^2, 4, size) float64
@@ -147,6 +159,7 @@ class _Rim:
         first[starts] = CORNER_DOFS * np.arange(SIDES)
         first[sides] = CORNER_DOFS * SIDES + SIDE_DOFS * np.arange(len(sides))
         self.values = first
+        self.rising = np.stack([first[sides] + 1, first[sides]], -1)
         place = unit[first]
         above = unit[row_2 + NODE_DOFS * ((starts + corner) % around)]
         rising = unit[row_2 + NODE_DOFS * ((starts + corner) % around) + 2]

@@ -38,6 +38,10 @@ class Sheet:
         Corner nodes of each face, xi1 fastest.
     values : (v,) int
         Degrees of freedom that are positions: 1 in the function 1, where all others are 0.
+    rows : (n,) int
+        Row of the node of each degree of freedom, 0 inside a square patch.
+    rising : (m, 2) int
+        Degrees of freedom that are derivatives by xi2, and those that they are derivatives of.
     around : int
         Columns.
     first_row, apex_dofs : int
@@ -50,6 +54,8 @@ class Sheet:
     index: NDArray[np.intp]
     nodes: NDArray[np.intp]
     values: NDArray[np.intp]
+    rows: NDArray[np.intp]
+    rising: NDArray[np.intp]
     around: int
     first_row: int
     apex_dofs: int
@@ -121,6 +127,8 @@ def collapsed_sheet(around: int, along: int, angles: Angles | None = None) -> Sh
         index=index,
         nodes=node_corners(index, node),
         values=np.r_[0, np.arange(POLE_DOFS, n, NODE_DOFS)],
+        rows=np.r_[POLE_DOFS * [0], np.repeat(np.arange(along) + 1, NODE_DOFS * around)],
+        rising=rising(np.arange(POLE_DOFS, n)),
         around=around,
         first_row=1,
         apex_dofs=POLE_DOFS,
@@ -138,12 +146,20 @@ def open_sheet(around: int, along: int) -> Sheet:
         index=index,
         nodes=node_corners(index, np.arange(around * (along + 1)).reshape(-1, around)),
         values=np.arange(0, n, NODE_DOFS),
+        rows=np.repeat(np.arange(along + 1), NODE_DOFS * around),
+        rising=rising(np.arange(n)),
         around=around,
         first_row=0,
         apex_dofs=0,
         collapsed=NONE,
         rim=np.arange(around),
     )
+
+
+def rising(dofs: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Derivatives by xi2 among the degrees of freedom (4 m,) of regular nodes, and of what."""
+    value, along_1, along_2, cross = dofs.reshape(-1, NODE_DOFS).T
+    return np.concatenate([np.stack([along_2, value], -1), np.stack([cross, along_1], -1)])
 
 
 def grid_index(around: int, rows: range) -> NDArray[np.intp]:

@@ -68,7 +68,9 @@ def biventricular_template(
         raise AnatomyError("the mask holds no right ventricle: fit a template of the left one")
     shape = fit_ellipsoid(anatomy)
     _, around, along = elements
-    grid = RayGrid(shape, best_spacing(shape, elements, graded, apex, hole))
+    # Over a patch, between the ventricles' different walls, rows of their own cost shear.
+    by_row = apex == "hole"
+    grid = RayGrid(shape, best_spacing(shape, elements, graded, apex, hole, by_row))
     first_row = max(sheet_of(apex, around, along).first_row, 1)
     hits = cast_rays(anatomy, grid)
     chart = fit_chart(grid, hits, elements, anatomy.rv.wall_thickness, first_row)

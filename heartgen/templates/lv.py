@@ -74,7 +74,7 @@ def ellipsoid_mesh(
     """
     radial, around, along = elements
     sheet = sheet_of(apex, around, along)
-    spacing = best_spacing(shape, elements, graded, apex, hole)
+    spacing = best_spacing(shape, elements, graded, apex, hole, by_row=apex != "collapsed")
     topology = cup_topology(elements, spacing.grading, apex)
     if apex == "patch":
         endo, epi = _laid_out(shape, spacing, sheet)

@@ -20,7 +20,7 @@ from scipy.optimize import brentq, least_squares
 
 from heartgen.errors import InputError
 from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN, bernstein, bernstein_derivative
-from heartgen.mesh.hermite import LINEAR, depth
+from heartgen.mesh.grading import LINEAR, Grading, RowGrading, depth, depth_by_row
 from heartgen.mesh.jacobian import QUALITY_GAUSS
 from heartgen.mesh.patch import SIDES
 from heartgen.mesh.quadrature import gauss
@@ -48,8 +48,8 @@ class Spacing:
     ----------
     value, slope : (2, rows + 1) float64
         Polar angle and its derivative per row at each row's end, on endo- and epicardium, rad.
-    grading : (float, float)
-        Slopes of the depth at endo- and epicardium, see `heartgen.mesh.hermite.depth`.
+    grading : Grading
+        Of the depth.
     side : int
         Elements along a side of the square patch that takes the place of row 0, 0 if there is
         none. Over the patch the polar angle is proportional to the row.
@@ -57,7 +57,7 @@ class Spacing:
 
     value: NDArray[np.float64]
     slope: NDArray[np.float64]
-    grading: tuple[float, float] = LINEAR
+    grading: Grading = LINEAR
     side: int = 0
 
     def hermite(self) -> NDArray[np.float64]:
@@ -82,6 +82,7 @@ def best_spacing(
     graded: bool,
     apex: Apex = "collapsed",
     hole: float = 0.0,
+    by_row: bool = False,
 ) -> Spacing:
     """Choose the rows of a template.
 
@@ -95,6 +96,8 @@ def best_spacing(
     apex : {"collapsed", "hole", "patch"}
     hole : float
         Radius of the apical hole on the endocardium, mm.
+    by_row : bool
+        Whether the grading may change from row to row.
 
     Returns
     -------
@@ -121,26 +124,60 @@ def best_spacing(
         value[:, 1:-1] += step[:, 1:-1] * free[:, : rows - 1]
         slope = step * (1 + free[:, rows - 1 :])
         if apex == "hole":
-            value[1, 0] += step[1, 0] * p[-1]
+            value[1, 0] += step[1, 0] * p[2 + 4 * rows]
         if apex == "patch":
             slope[:, 1] = 2 / side * value[:, 1]
-        grading = (1 + float(p[0]), 1 + float(p[1])) if graded else LINEAR
+        grading: Grading = (1 + float(p[0]), 1 + float(p[1])) if graded else LINEAR
+        if graded and by_row:
+            grading = _changing(1 + p[:2] + p[-2 * (rows + 1) :].reshape(-1, 2), side)
         return Spacing(value, slope, grading, side)
 
     def misfit(p: NDArray[np.float64]) -> NDArray[np.float64]:
         candidate = spacing(p)
         spread, slant = _meridian(shape, candidate, radial)
         width = np.diff(candidate.value, axis=1) / step[:, 1:]
-        return np.concatenate(
-            [
-                spread / np.sqrt(spread.size),
-                SQUARENESS * slant / np.sqrt(slant.size),
-                EVENNESS * np.diff(width, axis=1).ravel() / np.sqrt(width.size),
-            ]
-        )
+        out = [
+            spread / np.sqrt(spread.size),
+            SQUARENESS * slant / np.sqrt(slant.size),
+            EVENNESS * np.diff(width, axis=1).ravel() / np.sqrt(width.size),
+        ]
+        if isinstance(candidate.grading, RowGrading):
+            change = np.diff(candidate.grading.value, axis=0)
+            out.append(EVENNESS * change.ravel() / np.sqrt(change.size))
+        return np.concatenate(out)
 
-    start = np.zeros(2 + 4 * rows + (apex == "hole"))
+    start = np.zeros(2 + 4 * rows + (apex == "hole") + by_row * 2 * (rows + 1))
     return spacing(least_squares(misfit, start, xtol=1e-4, ftol=1e-4).x)
+
+
+def _changing(value: NDArray[np.float64], side: int) -> RowGrading:
+    """Grading with these slopes (rows + 1, 2) at the rows, smooth between them."""
+    change = np.gradient(value, axis=0)
+    if side:
+        # Nothing changes in the middle of the patch. Above it the space of the surfaces has
+        # quadratic edges.
+        change[0] = 0
+        change[1] = 2 * (value[2] - value[1]) - change[2]
+    return RowGrading(value, change)
+
+
+def _depths(
+    spacing: Spacing, radial: int, t: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Depth and its slope at Gauss points: (layer, row, point across, point along)."""
+    xi = (np.arange(radial)[:, None] + t).ravel() / radial
+    if isinstance(spacing.grading, tuple):
+        value, slope = depth(xi, spacing.grading)
+        return value.reshape(radial, 1, -1, 1), slope.reshape(radial, 1, -1, 1)
+    value, change = spacing.grading.value, spacing.grading.change
+    hermite = np.stack([value[:-1], change[:-1], value[1:], change[1:]], 1)
+    if spacing.side:
+        hermite[0, 3] *= spacing.side / 2  # from rows to distances on the disc
+    basis = bernstein(t) @ HERMITE_TO_BERNSTEIN
+    ends = np.einsum("pk,rkx->rpx", basis, hermite).reshape(-1, 2)
+    shape = (radial, len(t), len(hermite), len(t))
+    depths, stretch = (x.reshape(shape).transpose(0, 2, 1, 3) for x in depth_by_row(xi, ends))
+    return depths, stretch
 
 
 def _hole_angle(shape: TruncatedEllipsoid, radius: float) -> float:
@@ -180,9 +217,8 @@ def _meridian(
         width, widening = shape.profile(p, surface)
         place.append(np.stack([r * width, -axis * np.cos(p)], -1))
         tangent.append(np.stack([r * widening * v, axis * np.sin(p) * v], -1))
-    depths, stretch = depth((np.arange(radial)[:, None] + t).ravel() / radial, spacing.grading)
-    depths = depths.reshape(radial, 1, -1, 1, 1)
-    stretch = stretch.reshape(radial, 1, -1, 1)
+    depths, stretch = _depths(spacing, radial, t)
+    depths = depths[..., None]
     across = place[1] - place[0]
     here = place[0][None, :, None] * (1 - depths) + place[1][None, :, None] * depths
     along = tangent[0][None, :, None] * (1 - depths) + tangent[1][None, :, None] * depths

@@ -12,10 +12,10 @@ from heartgen.templates.lv import ellipsoid_mesh
 SHAPES = [(1, 12, 6), (2, 9, 4), (1, 3, 1), (3, 5, 2)]
 
 
-@pytest.fixture(params=SHAPES, ids=lambda s: "x".join(map(str, s)))
-def cup(request: pytest.FixtureRequest) -> HexMesh:
+@pytest.fixture(scope="session")
+def oval() -> TruncatedEllipsoid:
     """A lean, oval, bent cup."""
-    shape = TruncatedEllipsoid(
+    return TruncatedEllipsoid(
         centre=np.array([3.0, -2.0]),
         lean=np.array([0.1, -0.05]),
         section=np.array([[22.0, 1.0], [1.0, 19.0]]),
@@ -26,7 +26,12 @@ def cup(request: pytest.FixtureRequest) -> HexMesh:
         taper=(0.1, -0.1),
         bend=np.array([0.001, 0.002]),
     )
-    return ellipsoid_mesh(shape, request.param)
+
+
+@pytest.fixture(params=SHAPES, ids=lambda s: "x".join(map(str, s)))
+def cup(request: pytest.FixtureRequest, oval: TruncatedEllipsoid) -> HexMesh:
+    """Its mesh."""
+    return ellipsoid_mesh(oval, request.param)
 
 
 @pytest.fixture

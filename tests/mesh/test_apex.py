@@ -8,14 +8,16 @@ import pytest
 from heartgen.errors import MeshError
 from heartgen.mesh import HexMesh
 from heartgen.mesh.biventricular import Opening, biventricular_topology
+from heartgen.mesh.grading import RowGrading
 from heartgen.mesh.hermite import cup_topology
 from heartgen.mesh.hexmesh import Topology
-from heartgen.mesh.jacobian import volume
+from heartgen.mesh.jacobian import jacobian_ratio, volume
 from heartgen.mesh.numbering import corner_nodes
 from heartgen.mesh.surfaces import enclosed_volume, sample_faces
 from heartgen.mesh.validity import certify
 from heartgen.templates.ellipsoid import TruncatedEllipsoid
 from heartgen.templates.lv import ellipsoid_mesh
+from heartgen.templates.spacing import best_spacing
 from heartgen.warping import warp
 
 CUPS = {
@@ -30,6 +32,9 @@ BOTH = {
     "patch, high opening": ((3, 8, 6), Opening(3, 4, 2), "patch"),
     "hole": ((2, 9, 4), Opening(4, 1, 1), "hole"),
 }
+
+HOLE = 6.0
+"""Radius of the apical hole, mm."""
 
 EDGE = np.array([0.5, 0.0, 0.13, 0.6, 1.0])
 ACROSS = np.array([0.4, 0.0, 1.0, 0.7, 0.2])
@@ -51,22 +56,6 @@ def random_mesh(topology: Topology, seed: int = 1) -> HexMesh:
     """Any degrees of freedom: what holds for them holds for every heart."""
     n = topology.extraction.shape[1]
     return HexMesh(np.random.default_rng(seed).standard_normal((n, 3)), topology)
-
-
-def ellipsoid(apex: str, elements: tuple[int, int, int] = (1, 12, 6)) -> HexMesh:
-    """A lean, oval, bent cup."""
-    shape = TruncatedEllipsoid(
-        centre=np.array([3.0, -2.0]),
-        lean=np.array([0.1, -0.05]),
-        section=np.array([[22.0, 1.0], [1.0, 19.0]]),
-        axis=55.0,
-        cut=0.5,
-        wall=10.0,
-        apex=7.0,
-        taper=(0.1, -0.1),
-        bend=np.array([0.001, 0.002]),
-    )
-    return ellipsoid_mesh(shape, elements, apex=apex, hole=6.0)
 
 
 def pairs(topology: Topology) -> list[tuple[tuple[int, int], tuple[int, int], bool]]:
@@ -154,8 +143,8 @@ def test_corners_of_a_patch_have_one_tangent_plane() -> None:
         assert values[2] < 1e-12
 
 
-def test_functions_of_the_space_are_smooth_on_its_meshes() -> None:
-    mesh = ellipsoid("patch")
+def test_functions_of_the_space_are_smooth_on_its_meshes(oval: TruncatedEllipsoid) -> None:
+    mesh = ellipsoid_mesh(oval, (1, 12, 6), apex="patch")
     other = mesh.with_dofs(mesh.dofs + np.random.default_rng(3).standard_normal(mesh.dofs.shape))
     for first, second, same in pairs(mesh.topology):
         _, slope, _, far = meeting(mesh, first, second, same)
@@ -188,6 +177,39 @@ def test_laws_of_every_cup(cup: Topology) -> None:
     check_laws(cup)
 
 
+@pytest.mark.parametrize("name", CUPS)
+def test_laws_of_every_cup_whose_grading_changes_by_row(name: str) -> None:
+    shape, apex = CUPS[name]
+    random = np.random.default_rng(2)
+    value, change = random.uniform([[[0.8]], [[-0.1]]], [[[1.3]], [[0.1]]], (2, shape[2] + 1, 2))
+    topology = cup_topology(shape, RowGrading(value, change), apex)
+    check_laws(topology)
+    s, n = topology.straightening, topology.constant.size // (2 * (shape[0] + 1))
+    for layer in (0, 2 * shape[0]):  # endocardium and epicardium stay, bit for bit
+        own = s[layer * n : (layer + 1) * n]
+        assert np.array_equal(own.indices, layer * n + np.arange(n))
+        assert np.all(own.data == 1)
+
+
+@pytest.mark.parametrize("name", CUPS)
+def test_a_grading_that_does_not_change_is_that_of_the_whole_wall(name: str) -> None:
+    shape, apex = CUPS[name]
+    same = RowGrading(np.tile([1.2, 0.9], (shape[2] + 1, 1)), np.zeros((shape[2] + 1, 2)))
+    one, other = (cup_topology(shape, g, apex).straightening for g in ((1.2, 0.9), same))
+    assert abs(one - other).max() < 1e-15
+
+
+@pytest.mark.parametrize("apex", ["hole", "patch"])
+def test_a_grading_by_row_makes_better_elements(oval: TruncatedEllipsoid, apex: str) -> None:
+    def quality(by_row: bool) -> float:
+        spacing = best_spacing(oval, (1, 12, 6), True, apex, HOLE, by_row=by_row)
+        mesh = ellipsoid_mesh(oval, (1, 12, 6), apex=apex, hole=HOLE)
+        topology = cup_topology((1, 12, 6), spacing.grading, apex)
+        return float(jacobian_ratio(mesh.with_dofs(topology.straightening @ mesh.dofs)).mean())
+
+    assert quality(True) > quality(False) + 0.02
+
+
 def test_laws_of_every_pair_of_ventricles(both: Topology) -> None:
     check_laws(both)
 
@@ -211,8 +233,8 @@ def check_laws(topology: Topology) -> None:
 
 
 @pytest.mark.parametrize("apex", ["collapsed", "hole", "patch"])
-def test_an_affine_map_is_reproduced_by_the_warp(apex: str) -> None:
-    mesh = ellipsoid(apex)
+def test_an_affine_map_is_reproduced_by_the_warp(oval: TruncatedEllipsoid, apex: str) -> None:
+    mesh = ellipsoid_mesh(oval, (1, 12, 6), apex=apex, hole=HOLE)
     matrix = np.random.default_rng(4).standard_normal((3, 3))
     warped = warp(mesh, lambda points: points @ matrix.T + [1.0, 2.0, 3.0])
     expected = mesh.control @ matrix.T + [1.0, 2.0, 3.0]
@@ -227,7 +249,7 @@ def test_every_topology_has_the_surfaces_of_the_ellipsoid(
     shape = TruncatedEllipsoid(np.zeros(2), np.zeros(2), 22 * np.eye(2), 55.0, 0.5, 10.0, 8.0)
     volumes = {}
     for apex in ("collapsed", "hole", "patch"):
-        mesh = ellipsoid_mesh(shape, elements, apex=apex, hole=6.0)
+        mesh = ellipsoid_mesh(shape, elements, apex=apex, hole=HOLE)
         assert certify(mesh).all_valid
         volumes[apex] = volume(mesh)
         for name, axes in radii.items():
@@ -249,11 +271,11 @@ def test_every_topology_has_the_surfaces_of_the_ellipsoid(
     assert 0.97 * exact < volumes["hole"] < exact
 
 
-def test_the_hole_has_its_radius() -> None:
-    mesh = ellipsoid("hole")
+def test_the_hole_has_its_radius(oval: TruncatedEllipsoid) -> None:
+    mesh = ellipsoid_mesh(oval, (1, 12, 6), apex="hole", hole=HOLE)
     rim = mesh.evaluate(np.array([[0.0, 0.0, 0.0]]))[mesh.topology.surfaces["apex"][:, 0], 0]
     radius = np.linalg.norm(rim - rim.mean(0), axis=1)
-    assert radius.mean() == pytest.approx(6.0, rel=0.01)
+    assert radius.mean() == pytest.approx(HOLE, rel=0.01)
 
 
 @pytest.mark.parametrize("shape", [(1, 10, 6), (1, 12, 1), (1, 3, 4)])
