@@ -5,16 +5,27 @@ usage: python -m benchmarks.phantoms
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
+
 import numpy as np
 
 import heartgen
 from heartgen import samples
+from heartgen.images.writing import write_mask
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import volume
 from heartgen.mesh.surfaces import sample_faces
 
 ORIENTATIONS = 6
 SAMPLES = 5
+UPRIGHT: dict[str, Callable[[], samples.Sample]] = {
+    "cup": samples.ideal_cup,
+    "lifelike": samples.lifelike_lv,
+    "biv": samples.biv,
+}
+"""Phantoms whose third index axis is the long axis, by the names of their files."""
+
 TRUE_NAMES = {"lv_endo": "endo", "epi": "epi"}
 
 
@@ -42,6 +53,18 @@ def main() -> None:
             f"| {name} | {endo:.3f} | {epi:.3f} | {r.accuracy.mean:.3f} | {r.quality.mean:.3f} "
             f"| {r.quality.valid} |"
         )
+
+
+def written(folder: Path) -> list[Path]:
+    """Mask files of phantoms, upright, for benchmarks that were given no masks."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = []
+    for name, make in UPRIGHT.items():
+        path = folder / f"{name}.nii.gz"
+        if not path.exists():
+            write_mask(make().mask, path)
+        paths.append(path)
+    return paths
 
 
 def against_truth(mesh: HexMesh, truth: samples.Truth) -> tuple[float, float, float]:

@@ -46,6 +46,8 @@ class Accuracy:
         of the right ventricle's endocardium, its apex.
     dice : float
         Overlap of mesh and mask.
+    as_given : float or None
+        Mean of a stack whose slices were moved: from the contours where they were given.
     """
 
     mean: float
@@ -56,6 +58,7 @@ class Accuracy:
     symmetric_mean: float
     by_surface: dict[str, float]
     dice: float
+    as_given: float | None = None
 
 
 @dataclass(frozen=True)
@@ -119,6 +122,7 @@ def assess_accuracy(
     myocardium: LevelSet,
     wall_volume: float,
     outline: Isosurface | None = None,
+    given: Isosurface | None = None,
 ) -> Accuracy:
     """Measure the distances between a mesh and the mask it was fitted to.
 
@@ -133,6 +137,8 @@ def assess_accuracy(
         Contours in the slices of a stack, where only these are data. They take the place of the
         isosurface, but for the reverse distances and the overlap: there what was interpolated
         counts as well.
+    given : Isosurface, optional
+        The contours where the slices were given, if they were moved.
 
     Returns
     -------
@@ -163,6 +169,9 @@ def assess_accuracy(
             if np.any(part)
         },
         dice=_dice(mesh, myocardium, wall_volume),
+        as_given=None
+        if given is None
+        else _mean(closest_points(mesh, faces, given.points).distance, given.weights),
     )
 
 

@@ -75,6 +75,8 @@ class Options:
         square patch of elements in its place, for which a multiple of 4 must lie around.
     hole_radius : float or None
         Radius of the apical hole on the endocardium, mm; None for a quarter of the cavity's.
+    shifts : {"auto", "off"}
+        Slices of a stack that are clearly shifted against each other are moved back, or never.
     """
 
     lod: int = 1
@@ -90,6 +92,7 @@ class Options:
     septum: tuple[float, float, float] | None = None
     apex: Apex = "collapsed"
     hole_radius: float | None = None
+    shifts: Literal["auto", "off"] = "auto"
 
     def __post_init__(self) -> None:
         if self.lod not in range(1, 6):
@@ -116,6 +119,8 @@ class Options:
             )
         if self.base not in ("rim", "plane"):
             raise InputError(f"base {self.base!r} is not known: choose rim or plane")
+        if self.shifts not in ("auto", "off"):
+            raise InputError(f"shifts {self.shifts!r} are not known: choose auto or off")
         if self.depth not in ("graded", "linear"):
             raise InputError(f"depth {self.depth!r} is not known: choose graded or linear")
         if self.basis not in ("hermite", "lagrange"):

@@ -25,7 +25,7 @@ from heartgen.mesh.validity import certify
 from heartgen.options import HOLE_SHARE, Options, usual_elements
 from heartgen.refinement import patient_of, refine, weights_for
 from heartgen.registration import Deformation, register
-from heartgen.report import Measurements, Report, RightMeasurements
+from heartgen.report import Measurements, Report, RightMeasurements, SliceReport
 from heartgen.templates import biventricular_template, lv_template
 from heartgen.warping import warp
 
@@ -235,7 +235,11 @@ def _personalize(
     clock = _Clock(progress)
     with clock.step("shape analysis"):
         anatomy = anatomy or analyse(
-            mask, options.truncate, options.ventricles, options.base == "rim"
+            mask,
+            options.truncate,
+            options.ventricles,
+            options.base == "rim",
+            options.shifts == "auto",
         )
         anatomy = anatomy.uncut or anatomy
     with clock.step("template"):
@@ -279,8 +283,14 @@ def _finish(start: _Start, options: Options, clock: _Clock) -> Personalization:
     if options.basis == "lagrange":
         mesh = mesh.to_lagrange()
     with clock.step("assessment"):
-        outline = None if anatomy.slices is None else anatomy.slices.outline
-        accuracy = assess_accuracy(mesh, anatomy.myocardium, anatomy.wall_volume, outline)
+        slices = anatomy.slices
+        accuracy = assess_accuracy(
+            mesh,
+            anatomy.myocardium,
+            anatomy.wall_volume,
+            None if slices is None else slices.outline,
+            None if slices is None or not slices.shifts.any() else slices.given,
+        )
         quality = assess_quality(mesh)
     report = Report(
         name=start.mask.name,
@@ -293,6 +303,7 @@ def _finish(start: _Start, options: Options, clock: _Clock) -> Personalization:
         indices=clinical_indices(mesh, options.septum),
         voxel_diagonal=start.mask.voxel_diagonal,
         fold_bound=deformations[level - 1].least_determinant(),
+        slices=_slices(anatomy),
         findings=start.mask.findings
         + anatomy.findings
         + _fallen_back(len(deformations), level)
@@ -345,7 +356,9 @@ def _refined(
     if not options.refine:
         return mesh, 0
     patient = patient_of(anatomy)
-    weights = weights_for(options.lod, options.quality, anatomy.rv is not None)
+    weights = weights_for(
+        options.lod, options.quality, anatomy.rv is not None, anatomy.slices is not None
+    )
     anchor = mesh
     for _ in range(FIRMER_ROUNDS):
         mesh = refine(mesh, patient, weights, firmness=firmness, anchor=anchor, progress=done)
@@ -400,6 +413,17 @@ def _measurements(anatomy: Anatomy, mesh: HexMesh) -> Measurements:
         wall_volume=anatomy.wall_volume / ML,
         mesh_volume=volume(mesh) / ML,
         right=_right(anatomy),
+    )
+
+
+def _slices(anatomy: Anatomy) -> tuple[SliceReport, ...]:
+    """Heights and shifts of the slices of a stack for the report."""
+    if anatomy.slices is None:
+        return ()
+    heights = anatomy.slices.heights - anatomy.slices.heights[0]
+    return tuple(
+        SliceReport(float(height), (float(x), float(y), float(z)))
+        for height, (x, y, z) in zip(heights, anatomy.slices.shifts, strict=True)
     )
 
 

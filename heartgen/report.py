@@ -67,6 +67,22 @@ class Measurements:
 
 
 @dataclass(frozen=True)
+class SliceReport:
+    """A slice of a short-axis stack.
+
+    Attributes
+    ----------
+    height : float
+        Above the first slice with data, from apex to base, mm.
+    shift : (float, float, float)
+        In-plane shift that was taken back, mm, world (LPS); zero if none was.
+    """
+
+    height: float
+    shift: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
 class Report:
     """What was done and how good it is.
 
@@ -89,6 +105,8 @@ class Report:
         mm; the paper's limit for the mean error.
     fold_bound : float
         Proven lower bound of det(I + grad u) of each link of the deformation.
+    slices : tuple of SliceReport
+        Of a short-axis stack, from apex to base; empty for other masks.
     findings : tuple of Finding
         What reading and shape analysis saw.
     seconds : dict of str to float
@@ -107,6 +125,7 @@ class Report:
     indices: Indices
     voxel_diagonal: float
     fold_bound: float
+    slices: tuple[SliceReport, ...]
     findings: tuple[Finding, ...]
     seconds: dict[str, float]
     versions: dict[str, str] = field(default_factory=lambda: _versions())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -279,6 +280,24 @@ def test_progress_names_every_step_and_can_cancel(lifelike: samples.Sample) -> N
         heartgen.personalize(lifelike.mask, lod=3, progress=stop)
 
 
+def test_slices_that_are_shifted_are_moved_back_and_reported() -> None:
+    mask = samples.lifelike_lv((1.5, 1.5, 8.0)).mask
+    moves = np.random.default_rng(3).normal(0, 2, (mask.voxels.shape[2], 2)).round().astype(int)
+    voxels = np.pad(mask.voxels, ((12, 12), (12, 12), (0, 0)))
+    for plane, move in enumerate(moves):
+        voxels[:, :, plane] = np.roll(voxels[:, :, plane], move, axis=(0, 1))
+    shifted = replace(mask, voxels=voxels)
+    off, auto = (heartgen.personalize(shifted, shifts=s).report for s in ("off", "auto"))
+    sizes = [np.linalg.norm(s.shift) for s in auto.slices]
+    assert max(sizes) > 1.5
+    assert not any(any(s.shift) for s in off.slices)
+    assert off.accuracy.as_given is None
+    assert auto.accuracy.as_given is not None
+    assert auto.accuracy.as_given > 2 * auto.accuracy.mean
+    assert auto.accuracy.mean < off.accuracy.mean
+    assert auto.quality.valid
+
+
 def test_write_gives_three_files(fitted: Personalization, tmp_path: Path) -> None:
     paths = fitted.write(tmp_path / "out")
     assert [p.name for p in paths] == ["mesh.exf", "mesh.vtu", "report.json"]
@@ -295,6 +314,7 @@ def test_write_gives_three_files(fitted: Personalization, tmp_path: Path) -> Non
         ({"truncate": 500.0}, "truncation"),
         ({"depth": "cubic"}, "depth"),
         ({"basis": "linear"}, "basis 'linear' is not known"),
+        ({"shifts": "on"}, "shifts 'on' are not known"),
     ],
 )
 def test_bad_choices_get_a_sentence(

@@ -15,6 +15,7 @@ from heartgen.anatomy.right import RightVentricle, measure_right
 from heartgen.anatomy.sections import find_sections
 from heartgen.anatomy.shape import POOL_SURFACES, Shape, Slices
 from heartgen.anatomy.sheet import Sheet
+from heartgen.anatomy.shifts import without_shifts
 from heartgen.anatomy.sizes import heart_frame, wall_thickness
 from heartgen.anatomy.stacks import shape_of_stack
 from heartgen.anatomy.surfaces import LEAST_WALL, heights, mesh_surfaces, truncated_indicator
@@ -100,7 +101,11 @@ class Anatomy:
 
 
 def analyse(
-    mask: Mask, truncate: float | str = "auto", ventricles: str = "auto", follow_rim: bool = True
+    mask: Mask,
+    truncate: float | str = "auto",
+    ventricles: str = "auto",
+    follow_rim: bool = True,
+    take_back_shifts: bool = True,
 ) -> Anatomy:
     """Measure the left ventricle, or both, in a mask of any orientation and voxel size.
 
@@ -113,6 +118,8 @@ def analyse(
         What the mask must show: a left ventricle alone, both ventricles, or either.
     follow_rim : bool
         Where valve anatomy is present, whether the base follows the rim, or is a plane below it.
+    take_back_shifts : bool
+        Whether slices of a stack that are clearly shifted against each other are moved back.
 
     Returns
     -------
@@ -126,6 +133,8 @@ def analyse(
     stack = stack_of(mask)
     sections = None if stack is None else find_sections(stack, ventricles)
     if sections is not None:
+        if take_back_shifts:
+            sections = without_shifts(sections)
         return _measured(shape_of_stack(sections, truncate))
     return _measured(_shape_of_volume(mask, truncate, ventricles, follow_rim))
 

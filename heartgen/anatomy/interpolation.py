@@ -58,6 +58,7 @@ def part_of(
     spacing: Array,
     distance: float,
     floor: float = -np.inf,
+    shifts: Array | None = None,
 ) -> Part:
     """Interpolate a part between its slices and close it below the lowest of them.
 
@@ -73,13 +74,16 @@ def part_of(
         Between slices, mm.
     floor : float
         Height that the part does not reach, mm.
+    shifts : (n, 2) float64, optional
+        How far each slice is shifted along the axes of its pixels, mm: it is moved back.
 
     Returns
     -------
     Part
     """
     has = np.flatnonzero(shapes.any(axis=(1, 2)))
-    values = np.stack([planar_distance(shapes[n], spacing) for n in has])
+    back = np.zeros((len(shapes), 2)) if shifts is None else -shifts
+    values = np.stack([planar_distance(shapes[n], spacing, back[n]) for n in has])
     z = heights[has]
     areas = shapes[has].sum(axis=(1, 2)) * float(np.prod(spacing))
     depth, roundness = end_depth(z, areas, distance)

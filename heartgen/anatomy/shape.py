@@ -29,20 +29,26 @@ class Slices:
         distance between slices, mm^2; no triangles.
     outline : Isosurface
         Points on the contours of the mask itself, in the slices that show a pool: what accuracy is
-        measured against.
+        measured against. They are where the slices were moved, if their shifts were taken back.
+    given : Isosurface
+        The same where the slices were given.
     normal : (3,) float64
         Of the slices, from apex to base, world (LPS).
     heights : (n,) float64
         Of the slices over the origin of the world along the normal, mm.
     distance : float
         Between neighbouring slices, mm.
+    shifts : (n, 3) float64
+        In-plane shift of each slice that was taken back, mm, world (LPS); zero if none was.
     """
 
     contours: Mapping[str, Isosurface]
     outline: Isosurface
+    given: Isosurface
     normal: NDArray[np.float64]
     heights: NDArray[np.float64]
     distance: float
+    shifts: NDArray[np.float64]
 
     def away(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Distance (n,) of points (n, 3), mm, world (LPS), to the nearest slice, mm."""

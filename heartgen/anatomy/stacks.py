@@ -79,14 +79,14 @@ def _parts(sections: Sections) -> tuple[Part, list[Part]]:
     """Filled heart and pools, closed at their lower ends."""
     stack = sections.stack
     z, distance = stack.heights, stack.distance
-    heart = part_of(sections.heart, z, stack.spacing, distance)
+    heart = part_of(sections.heart, z, stack.spacing, distance, shifts=sections.shifts)
     shapes = [sections.left] if sections.right is None else [sections.left, sections.right]
     least = APICAL_WALL * _typical_wall(sections)
     pools = []
     for shape in shapes:
         lowest = int(np.flatnonzero(shape.any(axis=(1, 2)))[0])
         floor = max(heart.heights[0] + least, z[lowest - 1] if lowest else -np.inf)
-        pools.append(part_of(shape, z, stack.spacing, distance, floor))
+        pools.append(part_of(shape, z, stack.spacing, distance, floor, sections.shifts))
     return heart, pools
 
 
@@ -146,23 +146,33 @@ def _slices(sections: Sections, surfaces: dict[str, LevelSet]) -> Slices:
     contours = {}
     for name, shape in shapes.items():
         shown = sections.left if name == "epi" else shape
-        points = _in_world(stack, shape, _showing(shown))
+        points = _in_world(stack, shape, _showing(shown), sections.shifts)
         slope = surfaces[name].sample(points.points)[1]
         slope /= np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), np.finfo(float).tiny)
         contours[name] = Isosurface(points.points, points.triangles, points.weights, slope)
     return Slices(
         contours=contours,
-        outline=_in_world(stack, stack.pixels, _showing(sections.left)),
+        outline=_in_world(stack, stack.pixels, _showing(sections.left), sections.shifts),
+        given=_in_world(stack, stack.pixels, _showing(sections.left), 0 * sections.shifts),
         normal=stack.normal,
         heights=stack.heights + float(stack.normal @ stack.affine[:3, 3]),
         distance=stack.distance,
+        shifts=sections.shifts @ (stack.affine[:3, :2] / stack.spacing).T,
     )
 
 
-def _in_world(stack: Stack, shape: NDArray[np.bool_], shown: NDArray[np.bool_]) -> Isosurface:
-    """Contours of a shape in some of the slices, with the normals in their planes."""
+def _in_world(
+    stack: Stack, shape: NDArray[np.bool_], shown: NDArray[np.bool_], shifts: NDArray[np.float64]
+) -> Isosurface:
+    """Contours of a shape in some of the slices, with the normals in their planes.
+
+    Shifts (n, 2), mm, are taken back.
+    """
     found = [(n, contour(shape[n], stack.spacing)) for n in np.flatnonzero(shown)]
-    points = [np.c_[c.points, np.full(len(c.points), stack.heights[n])] for n, c in found]
+    points = [
+        np.c_[c.points - shifts[n] / stack.spacing, np.full(len(c.points), stack.heights[n])]
+        for n, c in found
+    ]
     axes = stack.affine[:3, :2] / stack.spacing
     return Isosurface(
         stack.to_world(np.concatenate(points)),

@@ -177,6 +177,14 @@ def fit(
         ),
     ] = None,
     septum: Septum = None,
+    shifts: Annotated[
+        str,
+        typer.Option(
+            metavar="auto|off",
+            help="Move slices of a stack back that are clearly shifted against each other, or "
+            "leave all as they are.",
+        ),
+    ] = "auto",
     quality: Annotated[
         float,
         typer.Option(
@@ -216,6 +224,7 @@ def fit(
             apex=cast("Any", apex),
             hole_radius=hole_radius,
             basis=cast("Any", basis),
+            shifts=cast("Any", shifts),
             septum=None if septum is None else direction_from_text(septum),
         )
         chosen = _fields(fields)

@@ -66,7 +66,11 @@ def contour(shape: NDArray[np.bool_], spacing: NDArray[np.float64]) -> Contour:
     return Contour(places, normals, np.concatenate(lengths))
 
 
-def planar_distance(shape: NDArray[np.bool_], spacing: NDArray[np.float64]) -> NDArray[np.float64]:
+def planar_distance(
+    shape: NDArray[np.bool_],
+    spacing: NDArray[np.float64],
+    moved: NDArray[np.float64] | tuple[float, float] = (0.0, 0.0),
+) -> NDArray[np.float64]:
     """Signed distance of every pixel to the contour of a shape in its plane.
 
     Parameters
@@ -75,6 +79,8 @@ def planar_distance(shape: NDArray[np.bool_], spacing: NDArray[np.float64]) -> N
         Large enough to have a contour.
     spacing : (2,) float64
         Pixel size, mm.
+    moved : (2,) float64
+        By how much the shape is moved along the axes of the pixels, mm.
 
     Returns
     -------
@@ -89,5 +95,7 @@ def planar_distance(shape: NDArray[np.bool_], spacing: NDArray[np.float64]) -> N
         points.append(np.stack([np.interp(fine, along, line[:, a]) for a in range(2)], -1))
     tree = cKDTree(np.concatenate(points) * spacing)
     grid = np.stack(np.meshgrid(*(np.arange(n) for n in shape.shape), indexing="ij"), -1)
-    far, _ = tree.query((grid * spacing).reshape(-1, 2))
-    return np.asarray(np.where(smooth > INSIDE, -1, 1) * np.reshape(far, shape.shape))
+    at = grid - np.asarray(moved) / spacing
+    inside = ndi.map_coordinates(smooth, np.moveaxis(at, -1, 0), order=1, mode="nearest") > INSIDE
+    far, _ = tree.query((at * spacing).reshape(-1, 2))
+    return np.asarray(np.where(inside, -1, 1) * np.reshape(far, shape.shape))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,12 @@ class Stack:
         """World coordinates (n, 3), mm, LPS, of pixel indices and heights (n, 3)."""
         return np.asarray(places @ self.affine[:3, :3].T + self.affine[:3, 3])
 
+    def padded(self, pixels: int) -> Stack:
+        """Return the same slices with more empty pixels around the heart."""
+        affine = self.affine.copy()
+        affine[:3, 3] -= affine[:3, :2] @ (pixels, pixels)
+        return replace(self, pixels=with_border(self.pixels, pixels), affine=affine)
+
     def reversed(self) -> Stack:
         """Return the same slices in the opposite order."""
         affine = self.affine.copy()
@@ -82,8 +88,13 @@ def stack_of(mask: Mask) -> Stack | None:
     affine[:3, 2] = mask.affine[:3, axis] / mask.spacing[axis]
     affine[:3, 3] = mask.affine[:3, 3] + affine[:3, :2] @ (low - MARGIN)
     return Stack(
-        np.pad(box, [(0, 0), (MARGIN, MARGIN), (MARGIN, MARGIN)]),
+        with_border(box, MARGIN),
         np.asarray(planes * float(mask.spacing[axis]), dtype=float),
         step * float(mask.spacing[axis]),
         affine,
     )
+
+
+def with_border(pixels: NDArray[np.bool_], border: int) -> NDArray[np.bool_]:
+    """Slices (n, nx, ny) with empty pixels around them."""
+    return np.pad(pixels, [(0, 0), (border, border), (border, border)])

@@ -75,7 +75,14 @@ SHEARED = Weights(spread=15.0, shear=28.0)
 """Weights for two ventricles: the corners of the right one would be paid for with shear."""
 
 
-def weights_for(lod: int, quality: float, biventricular: bool = False) -> Weights:
+SPARSE = Weights(spread=60.0, shear=56.0)
+"""Weights for two ventricles in a stack of slices. Those are met closely whatever lies between:
+there is room for better elements."""
+
+
+def weights_for(
+    lod: int, quality: float, biventricular: bool = False, stack: bool = False
+) -> Weights:
     """Weights for a level of detail.
 
     Parameters
@@ -86,13 +93,17 @@ def weights_for(lod: int, quality: float, biventricular: bool = False) -> Weight
         The quality dial; 1 is the level's own weight.
     biventricular : bool
         Whether the mesh has a right ventricle.
+    stack : bool
+        Whether it is fitted to slices far apart.
 
     Returns
     -------
     Weights
     """
     factor = QUALITY[lod - 1] * quality
-    plain = SHEARED if biventricular else Weights()
+    plain = Weights()
+    if biventricular:
+        plain = SPARSE if stack else SHEARED
     return replace(plain, spread=factor * plain.spread, shear=factor * plain.shear)
 
 

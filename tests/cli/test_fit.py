@@ -56,6 +56,7 @@ def test_options_arrive(run, mask_file, tmp_path):
         "--truncate", "7.5", "--depth", "linear", "--basis", "lagrange",
         "--no-enhance", "--no-refine", "--quality", 2.0, "--ventricles", "lv",
         "--septum", "-1,0,0.5", "--base", "plane", "--apex", "hole", "--hole-radius", 6.0,
+        "--shifts", "off",
     )  # fmt: skip
     assert outcome.exit_code == 0, outcome.output
     options = json.loads((tmp_path / "report.json").read_text())["options"]
@@ -73,6 +74,7 @@ def test_options_arrive(run, mask_file, tmp_path):
         "base": "plane",
         "apex": "hole",
         "hole_radius": 6.0,
+        "shifts": "off",
     }
 
 

@@ -59,6 +59,17 @@ def test_contour_of_a_disc(spacing: tuple[float, float]) -> None:
     assert (np.sum(found.normals * offset, axis=1) / radius).min() > 0.9
 
 
+def test_planar_distance_of_a_shape_that_is_moved() -> None:
+    spacing = np.array([1.2, 1.5])
+    shape = disc(RADIUS, (1.2, 1.5))
+    moved = planar_distance(shape, spacing, (2 * 1.2, -3 * 1.5))
+    np.testing.assert_allclose(moved[2:, :-3], planar_distance(shape, spacing)[:-2, 3:], atol=1e-9)
+    half = planar_distance(shape, spacing, (0.6, 0.0))
+    i, j = np.meshgrid(np.arange(40), np.arange(60), indexing="ij")
+    exact = np.hypot((i - 19.4) * 1.2 - 0.6, (j - 30.2) * 1.5) - RADIUS
+    assert np.abs(np.mean(half - exact)) < 0.1
+
+
 def test_planar_distance_of_a_disc() -> None:
     spacing = np.array([1.2, 1.2])
     found = planar_distance(disc(RADIUS, (1.2, 1.2)), spacing)
