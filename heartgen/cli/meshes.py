@@ -79,8 +79,8 @@ def render(
             metavar="NAME",
             show_default=False,
             help="A row of the picture: region, quality, error or overlay (with MASK), change "
-            "(with --compare), transmural, longitudinal, circumferential, thickness, aha, plain; "
-            "may be repeated.",
+            "(with --compare), transmural, longitudinal, circumferential, thickness, aha, "
+            "fibres-endo, fibres-mid, fibres-epi, plain; may be repeated.",
         ),
     ] = None,
     view: Annotated[

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.fields.axes import HeartAxes
+from heartgen.fields.lines import lines
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.jacobian import determinants
 from heartgen.mesh.quadrature import gauss_cube
@@ -32,6 +33,8 @@ SEGMENTS = {
     17: "apex",
 }
 """Names of the segments."""
+
+APEX = 17
 
 NO_SEGMENT = 0
 """Of the right ventricle's free wall, which has none."""
@@ -63,11 +66,14 @@ def aha_segment(points: Array, axes: HeartAxes) -> NDArray[np.intp]:
     sixth = (2 + np.floor(from_septum / 60).astype(int)) % 6
     quarter = (1 + np.floor((from_septum + 45) / 90).astype(int)) % 4
     segment = np.where(level >= 2 / 3, 1 + sixth, np.where(level >= 1 / 3, 7 + sixth, 13 + quarter))
-    return np.asarray(np.where(level < 0, 17, segment), dtype=np.intp)
+    return np.asarray(np.where(level < 0, APEX, segment), dtype=np.intp)
 
 
 def segments_of_elements(mesh: HexMesh, axes: HeartAxes) -> NDArray[np.intp]:
     """Segment of each element: the one that has most of its volume.
+
+    Elements across the wall share one. So do those around a pole or an apical hole whether they
+    are the apex: no wedge of the apical segments reaches into it.
 
     Parameters
     ----------
@@ -79,10 +85,21 @@ def segments_of_elements(mesh: HexMesh, axes: HeartAxes) -> NDArray[np.intp]:
     (e,) int
         1 to 17, or 0 in the free wall of the right ventricle.
     """
+    topology = mesh.topology
+    left = np.ones(mesh.n_elements, dtype=bool)
+    left[topology.parts.get("right ventricle", [])] = False
     xi, weights = gauss_cube((GAUSS,) * 3)
     parts = np.abs(determinants(mesh, xi)) * weights
     segment = aha_segment(mesh.evaluate(xi).reshape(-1, 3), axes).reshape(parts.shape)
     votes = np.stack([(parts * (segment == s)).sum(1) for s in SEGMENTS], -1)
-    out = 1 + votes.argmax(1)
-    out[mesh.topology.parts.get("right ventricle", [])] = NO_SEGMENT
-    return np.asarray(out)
+    for line in lines(topology, 2, left):
+        votes[line] = votes[line].sum(0)
+    if len(topology.collapsed) or "apex" in topology.surfaces:
+        row = topology.index[:, 2]
+        for place in np.unique(row[left]):
+            ring = left & (row == place)
+            if votes[ring].sum(0).argmax() == APEX - 1:
+                votes[ring, : APEX - 1] = 0
+            else:
+                votes[ring, APEX - 1] = 0
+    return np.where(left, 1 + votes.argmax(1), NO_SEGMENT)

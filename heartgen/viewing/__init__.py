@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 from heartgen.errors import needing
 
 if TYPE_CHECKING:
-    from heartgen.viewing.fields import plot_fibres, plot_field
+    from heartgen.viewing.fibres import plot_fibres
+    from heartgen.viewing.fields import plot_field
     from heartgen.viewing.figures import draw_histograms, draw_tradeoff
     from heartgen.viewing.motion import compare_html
     from heartgen.viewing.page import view_html
@@ -42,7 +43,7 @@ _HOMES = {
     "draw_stages": "heartgen.viewing.stages",
     "draw_tradeoff": "heartgen.viewing.figures",
     "plot": "heartgen.viewing.scene",
-    "plot_fibres": "heartgen.viewing.fields",
+    "plot_fibres": "heartgen.viewing.fibres",
     "plot_field": "heartgen.viewing.fields",
     "render": "heartgen.viewing.rendering",
     "view_html": "heartgen.viewing.page",

@@ -13,6 +13,7 @@ from heartgen.fields import heart_axes
 from heartgen.images.levelset import LevelSet
 from heartgen.images.mask import Mask
 from heartgen.mesh import HexMesh
+from heartgen.viewing.fibres import DEPTHS, add_fibres
 from heartgen.viewing.fields import (
     LOOKS,
     add_scalars,
@@ -51,7 +52,12 @@ VIEWS = {
 it, from which one looks."""
 
 PLAIN = ("plain", "overlay", "change", "error", "quality", "region", "aha")
-COLOURS = (*PLAIN, *LOOKS)
+FIBRES = {
+    f"fibres-{name}": depth for name, depth in zip(("endo", "mid", "epi"), DEPTHS, strict=True)
+}
+"""Fibres as glyphs, at one of `heartgen.viewing.fibres.DEPTHS`."""
+
+COLOURS = (*PLAIN, *LOOKS, *FIBRES)
 """What can be shown. ``overlay`` is the mask in red over the mesh (paper, figures 4 and 11);
 ``change`` another mesh in red over this one in green (figure 7)."""
 
@@ -101,7 +107,7 @@ def render(
     septum : (3,) float, optional
         Direction from the left ventricle to the septum, see `heartgen.fields.heart_axes`.
     edges : bool
-        Draw the edges of the elements.
+        Draw the edges of the elements, but for fibres.
     error_limit : float
         Distance at the end of the colour scale, mm.
     panel : int
@@ -129,7 +135,7 @@ def render(
         for column, view in enumerate(views):
             plotter.subplot(row, column)
             add(plotter, column == len(views) // 2)
-            if edges:
+            if edges and colour not in FIBRES:
                 add_edges(plotter, mesh, LIGHT if colour == "error" else DARK)
             if len(views) > 1 and row == 0:
                 _name(plotter, view)
@@ -166,6 +172,8 @@ def _adder(
     """What adds the surfaces of a row to a panel, with or without the key of their colours."""
     if colour in LOOKS:
         return lambda plotter, key: add_scalars(plotter, mesh, LOOKS[colour], septum, key)
+    if colour in FIBRES:
+        return lambda plotter, key: add_fibres(plotter, mesh, FIBRES[colour], key=key)
     if colour == "aha":
         axes = heart_axes(mesh, septum)
         return lambda plotter, key: add_segments(plotter, mesh, axes)

@@ -8,6 +8,8 @@ import pytest
 from heartgen.fields import SEGMENTS, HeartAxes, aha_segment, heart_axes
 from heartgen.fields.segments import segments_of_elements
 from heartgen.mesh import HexMesh
+from heartgen.templates.ellipsoid import TruncatedEllipsoid
+from heartgen.templates.lv import ellipsoid_mesh
 
 RING = np.radians(np.arange(0.5, 360))
 LEVELS = {"basal": (0.85, range(1, 7)), "mid": (0.5, range(7, 13)), "apical": (0.2, range(13, 17))}
@@ -61,6 +63,30 @@ def test_every_segment_has_elements_of_its_share(land: HexMesh) -> None:
     for _, segments in LEVELS.values():
         ones = count[list(segments)]
         assert ones.max() < 1.35 * ones.min()
+
+
+@pytest.mark.parametrize("name", ["leaning", "biv"])
+def test_the_apex_is_a_cap_and_a_wall_has_one_segment(
+    name: str, request: pytest.FixtureRequest
+) -> None:
+    mesh = request.getfixturevalue(name)
+    segment, index = segments_of_elements(mesh, heart_axes(mesh)), mesh.topology.index
+    wall = np.ones(mesh.n_elements, dtype=bool)
+    wall[mesh.topology.parts.get("right ventricle", [])] = False
+    cap = index[wall & (segment == 17), 2]
+    assert set(index[wall & (index[:, 2] <= cap.max(initial=-1)), 2]) == set(cap)
+    assert np.sum(wall & np.isin(index[:, 2], cap)) == len(cap)
+    for column, row in np.unique(index[wall, 1:], axis=0):
+        assert len(set(segment[wall & (index[:, 1] == column) & (index[:, 2] == row)])) == 1
+
+
+@pytest.fixture(scope="module")
+def leaning() -> HexMesh:
+    """A cup whose apex is not below the middle of its base: the first row has many levels."""
+    shape = TruncatedEllipsoid(
+        np.zeros(2), np.array([0.3, 0.2]), 22 * np.eye(2), 55.0, 0.5, 10.0, 8.0
+    )
+    return ellipsoid_mesh(shape, (2, 12, 6))
 
 
 def test_free_wall_of_the_right_ventricle_has_no_segment(biv: HexMesh) -> None:

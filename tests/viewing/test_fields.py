@@ -8,7 +8,8 @@ import pytest
 from heartgen.errors import InputError
 from heartgen.fields import aha_segment, heart_axes
 from heartgen.mesh import MeshField
-from heartgen.viewing.fields import LOOKS, plot_fibres, plot_field, segment_colour
+from heartgen.viewing.fibres import plot_fibres
+from heartgen.viewing.fields import LOOKS, plot_field, segment_colour
 from heartgen.viewing.scene import can_render
 from heartgen.viewing.surfaces import mesh_surface, on_surface
 
