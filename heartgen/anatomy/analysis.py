@@ -30,6 +30,9 @@ MARGIN = 6
 MIN_WALL_VOXELS = 50
 """Fewer voxels below the base are no ventricle."""
 
+ENOUGH_SLICES = 16
+"""Slices of whatever direction from which voxels as long as their distance show a heart."""
+
 PIN_HOLE = 0.1
 """Size over the opening's up to which a further opening of a right ventricle is a pin-hole; a
 larger one is that of the pulmonary valve."""
@@ -136,6 +139,12 @@ def analyse(
         if take_back_shifts:
             sections = without_shifts(sections)
         return _measured(shape_of_stack(sections, truncate))
+    if stack is not None and len(stack.heights) < ENOUGH_SLICES:
+        raise AnatomyError(
+            f"the {len(stack.heights)} slices, {stack.distance:.3g} mm apart, do not show a blood "
+            "pool that the wall encloses across the long axis: give a short-axis stack with its "
+            "whole wall, or slices closer together"
+        )
     return _measured(_shape_of_volume(mask, truncate, ventricles, follow_rim))
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.ndimage as ndi
 
 from heartgen import samples
 from heartgen.anatomy import Anatomy, analyse
@@ -97,6 +98,18 @@ def test_both_ventricles() -> None:
     assert stack.rv.septal_thickness == pytest.approx(dense.rv.septal_thickness, abs=1.0)
     assert stack.rv.pool_volume == pytest.approx(dense.rv.pool_volume, rel=0.15)
     assert np.degrees(np.abs(stack.rv.insertion - dense.rv.insertion)).max() < 12
+
+
+def test_walls_that_enclose_nothing_are_refused(sample: samples.Sample) -> None:
+    voxels = sample.mask.voxels.copy()
+    half = voxels.copy()
+    half[: len(voxels) // 2] = False
+    filled = np.stack(
+        [ndi.binary_fill_holes(voxels[:, :, k]) for k in range(voxels.shape[2])], axis=2
+    )
+    for spoiled in (half, filled):
+        with pytest.raises(AnatomyError, match="do not show a blood pool"):
+            analyse(replace(sample.mask, voxels=spoiled))
 
 
 def test_too_few_slices(sample: samples.Sample) -> None:
