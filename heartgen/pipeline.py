@@ -20,12 +20,12 @@ from heartgen.formats import file_name, write_mesh, write_text
 from heartgen.images import Finding, Mask
 from heartgen.mesh import HexMesh, MeshField
 from heartgen.mesh.hermite import RIM
-from heartgen.mesh.jacobian import jacobian_ratio, volume
+from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.validity import certify
 from heartgen.options import HOLE_SHARE, Options, usual_elements
 from heartgen.refinement import patient_of, refine, weights_for
 from heartgen.registration import Deformation, register
-from heartgen.report import Measurements, Report, RightMeasurements, SliceReport
+from heartgen.report import Report, measured, slices_of
 from heartgen.templates import biventricular_template, lv_template
 from heartgen.warping import warp
 
@@ -39,9 +39,6 @@ FIRMER = 10.0
 
 FIRMER_ROUNDS = 6
 """Rounds in which elements may become firmer."""
-
-ML = 1000.0
-"""mm^3 in a millilitre."""
 
 Progress = Callable[[str, float], None]
 """Called with the name of the running step and the share of it that is done; raise to cancel."""
@@ -299,11 +296,11 @@ def _finish(start: _Start, options: Options, clock: _Clock) -> Personalization:
         quality=quality,
         unenhanced_quality=float(jacobian_ratio(warped).mean()),
         unrefined_quality=float(jacobian_ratio(enhanced).mean()),
-        measurements=_measurements(anatomy, mesh),
+        measurements=measured(anatomy, mesh),
         indices=clinical_indices(mesh, options.septum),
         voxel_diagonal=start.mask.voxel_diagonal,
         fold_bound=deformations[level - 1].least_determinant(),
-        slices=_slices(anatomy),
+        slices=slices_of(anatomy),
         findings=start.mask.findings
         + anatomy.findings
         + _fallen_back(len(deformations), level)
@@ -399,44 +396,3 @@ class _Clock:
         yield lambda done: self.progress(name, done)
         self.progress(name, 1.0)
         self.seconds[name] = round(time.perf_counter() - start, 3)
-
-
-def _measurements(anatomy: Anatomy, mesh: HexMesh) -> Measurements:
-    """Sizes for the report."""
-    return Measurements(
-        length=anatomy.length,
-        radius=anatomy.radius,
-        wall_thickness=anatomy.wall_thickness,
-        apex_thickness=anatomy.apex_thickness,
-        truncation=anatomy.base.truncation,
-        pool_volume=anatomy.pool_volume / ML,
-        wall_volume=anatomy.wall_volume / ML,
-        mesh_volume=volume(mesh) / ML,
-        right=_right(anatomy),
-    )
-
-
-def _slices(anatomy: Anatomy) -> tuple[SliceReport, ...]:
-    """Heights and shifts of the slices of a stack for the report."""
-    if anatomy.slices is None:
-        return ()
-    heights = anatomy.slices.heights - anatomy.slices.heights[0]
-    return tuple(
-        SliceReport(float(height), (float(x), float(y), float(z)))
-        for height, (x, y, z) in zip(heights, anatomy.slices.shifts, strict=True)
-    )
-
-
-def _right(anatomy: Anatomy) -> RightMeasurements | None:
-    """Sizes of the right ventricle for the report."""
-    if anatomy.rv is None:
-        return None
-    low, high = np.degrees(anatomy.rv.insertion)
-    return RightMeasurements(
-        wall_thickness=anatomy.rv.wall_thickness,
-        septal_thickness=anatomy.rv.septal_thickness,
-        width=anatomy.rv.width,
-        apex_level=anatomy.rv.apex_level,
-        insertion=(float(low), float(high)),
-        pool_volume=anatomy.rv.pool_volume / ML,
-    )

@@ -8,9 +8,17 @@ from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from typing import Any
 
+import numpy as np
+
+from heartgen.anatomy import Anatomy
 from heartgen.assessment import QUALITY_THRESHOLD, Accuracy, Quality
 from heartgen.fields.indices import Indices
 from heartgen.images.mask import Finding
+from heartgen.mesh import HexMesh
+from heartgen.mesh.jacobian import volume
+
+ML = 1000.0
+"""mm^3 in a millilitre."""
 
 PACKAGES = ("heartgen", "numpy", "scipy", "numba", "SimpleITK")
 
@@ -150,6 +158,7 @@ class Report:
             f"{self.name}: {verdict}",
             f"  error    mean {a.mean:.3f}  95 % {a.p95:.3f}  max {a.max:.3f} mm"
             f"  (voxel diagonal {self.voxel_diagonal:.2f} mm)",
+            *_as_given(a),
             f"  quality  mean {q.mean:.3f}  min {q.min:.3f}  scaled Jacobian {q.scaled_mean:.3f}"
             f"  (threshold {QUALITY_THRESHOLD})",
             "  validity "
@@ -159,6 +168,75 @@ class Report:
         return "\n".join(lines + [f"  note     {f.message}" for f in self.findings])
 
     __repr__ = __str__
+
+
+def measured(anatomy: Anatomy, mesh: HexMesh) -> Measurements:
+    """Sizes of a heart and of its mesh.
+
+    Parameters
+    ----------
+    anatomy : Anatomy
+    mesh : HexMesh
+        mm, world (LPS).
+
+    Returns
+    -------
+    Measurements
+    """
+    return Measurements(
+        length=anatomy.length,
+        radius=anatomy.radius,
+        wall_thickness=anatomy.wall_thickness,
+        apex_thickness=anatomy.apex_thickness,
+        truncation=anatomy.base.truncation,
+        pool_volume=anatomy.pool_volume / ML,
+        wall_volume=anatomy.wall_volume / ML,
+        mesh_volume=volume(mesh) / ML,
+        right=_right(anatomy),
+    )
+
+
+def slices_of(anatomy: Anatomy) -> tuple[SliceReport, ...]:
+    """Heights and shifts of the slices of a stack.
+
+    Parameters
+    ----------
+    anatomy : Anatomy
+
+    Returns
+    -------
+    tuple of SliceReport
+        Empty if the mask is no stack.
+    """
+    if anatomy.slices is None:
+        return ()
+    heights = anatomy.slices.heights - anatomy.slices.heights[0]
+    return tuple(
+        SliceReport(float(height), (float(x), float(y), float(z)))
+        for height, (x, y, z) in zip(heights, anatomy.slices.shifts, strict=True)
+    )
+
+
+def _as_given(a: Accuracy) -> list[str]:
+    """A line on the error to slices before they were moved, if they were."""
+    if a.as_given is None:
+        return []
+    return [f"  as given mean {a.as_given:.3f} mm, to the slices before they were moved"]
+
+
+def _right(anatomy: Anatomy) -> RightMeasurements | None:
+    """Sizes of the right ventricle."""
+    if anatomy.rv is None:
+        return None
+    low, high = np.degrees(anatomy.rv.insertion)
+    return RightMeasurements(
+        wall_thickness=anatomy.rv.wall_thickness,
+        septal_thickness=anatomy.rv.septal_thickness,
+        width=anatomy.rv.width,
+        apex_level=anatomy.rv.apex_level,
+        insertion=(float(low), float(high)),
+        pool_volume=anatomy.rv.pool_volume / ML,
+    )
 
 
 def _versions() -> dict[str, str]:
