@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from heartgen.cli.commands import Debug, Label, Labels, RvWall
+from heartgen.cli.choices import Debug, Label, Labels, Level, RvWall, Truncate, Ventricles
 from heartgen.cli.comparing import app
 from heartgen.cli.outcome import check_folder, told
 from heartgen.errors import Cancelled, HeartgenError, InputError
@@ -84,12 +84,12 @@ Redo = Annotated[
 def batch(
     hearts: Hearts,
     out: Out,
-    lod: Annotated[int, typer.Option(min=1, max=5, help="Level of detail.")] = 1,
+    lod: Level = 1,
     elements: Annotated[
         str, typer.Option(metavar="RxCxL", help="Elements; auto for those of heartgen fit.")
     ] = "auto",
-    ventricles: Annotated[str, typer.Option(metavar="auto|lv|biv")] = "auto",
-    truncate: Annotated[str, typer.Option(metavar="auto|off|MM")] = "auto",
+    ventricles: Ventricles = "auto",
+    truncate: Truncate = "auto",
     label: Label = None,
     labels: Labels = None,
     rv_wall: RvWall = None,

@@ -11,6 +11,18 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from heartgen import __version__
+from heartgen.cli.choices import (
+    Debug,
+    Label,
+    Labels,
+    Level,
+    MaskPath,
+    RvWall,
+    Septum,
+    Shifts,
+    Truncate,
+    Ventricles,
+)
 from heartgen.cli.outcome import appearing_together, check_folder, check_picture, errors, told
 from heartgen.errors import MeshError, needing
 
@@ -29,67 +41,6 @@ app = typer.Typer(
 DPI = 150
 """Of the picture of `inspect`, dots per inch: 1800 pixels across."""
 
-MaskPath = Annotated[
-    Path,
-    typer.Argument(
-        metavar="MASK",
-        show_default=False,
-        help="NIfTI, NRRD, MetaImage; or a DICOM segmentation, as a file or a folder.",
-    ),
-]
-Label = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--label",
-        metavar="N",
-        show_default=False,
-        help="What is myocardium in a label image, by number or name; may be repeated.",
-    ),
-]
-Labels = Annotated[
-    str | None,
-    typer.Option(
-        "--labels",
-        metavar="SCHEME",
-        show_default=False,
-        help="Read a label map: acdc, mmwhs, ukbb, totalsegmentator, auto, or roles such as "
-        "lv_myocardium=2,lv_pool=3,rv_pool=1.",
-    ),
-]
-Septum = Annotated[
-    str | None,
-    typer.Option(
-        metavar="X,Y,Z",
-        show_default=False,
-        help="Direction from the left ventricle to the septum (LPS), where AHA segments start; "
-        "if not given, that of the right ventricle, or -1,-1,0 where there is none.",
-    ),
-]
-RvWall = Annotated[
-    float | None,
-    typer.Option(
-        "--rv-wall",
-        metavar="MM",
-        show_default=False,
-        help="Thickness of the right ventricular wall if --labels has none; 3 mm if not given.",
-    ),
-]
-Truncate = Annotated[
-    str,
-    typer.Option(
-        metavar="auto|off|MM",
-        help="Cut the base below the basal plane: where valves rise, never, or by so much.",
-    ),
-]
-Ventricles = Annotated[
-    str,
-    typer.Option(
-        metavar="auto|lv|biv",
-        help="What the mask shows: found out, the left ventricle alone, or both.",
-    ),
-]
-Debug = Annotated[bool, typer.Option("--debug", help="Show where in the code an error arose.")]
-
 
 @app.command()
 def fit(
@@ -104,10 +55,7 @@ def fit(
             help="Folder for mesh.exf, mesh.vtu and report.json.",
         ),
     ],
-    lod: Annotated[
-        int,
-        typer.Option(min=1, max=5, help="Level of detail: 1, most stable, to 5, most accurate."),
-    ] = 1,
+    lod: Level = 1,
     elements: Annotated[
         str | None,
         typer.Option(
@@ -177,14 +125,7 @@ def fit(
         ),
     ] = None,
     septum: Septum = None,
-    shifts: Annotated[
-        str,
-        typer.Option(
-            metavar="auto|off",
-            help="Move slices of a stack back that are clearly shifted against each other, or "
-            "leave all as they are.",
-        ),
-    ] = "auto",
+    shifts: Shifts = "auto",
     quality: Annotated[
         float,
         typer.Option(

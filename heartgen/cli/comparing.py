@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from heartgen.cli.commands import Debug, Septum
+from heartgen.cli.choices import Debug, Septum
 from heartgen.cli.meshes import app
 from heartgen.cli.outcome import errors, told
 from heartgen.errors import InputError, needing

@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from heartgen.cli.commands import Debug, app
+from heartgen.cli.choices import Debug
+from heartgen.cli.commands import app
 from heartgen.cli.outcome import appearing_together, errors, told
 from heartgen.errors import InputError, needing
 
