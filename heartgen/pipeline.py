@@ -121,8 +121,8 @@ class Personalization:
         Parameters
         ----------
         names : iterable of str, optional
-            Of `heartgen.fields.FIELDS`: material coordinates, AHA segments, fibres, and thickness
-            and curvature of the wall; all if omitted.
+            Of `heartgen.fields.FIELDS`: material coordinates, AHA segments, fibres and their
+            angles, and thickness and curvature of the wall; all if omitted.
         rule : FibreRule, optional
             Angles of the fibres.
 

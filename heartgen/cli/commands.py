@@ -112,7 +112,8 @@ def fit(
         str,
         typer.Option(
             metavar="all|none|NAMES",
-            help="Fields written with the mesh: coordinates, aha, fibres, thickness, curvature.",
+            help="Fields written with the mesh: coordinates, aha, fibres, angles, thickness, "
+            "curvature.",
         ),
     ] = "all",
     fibre_angles: Annotated[

@@ -9,6 +9,7 @@ import numpy as np
 from heartgen.errors import InputError
 from heartgen.fields.axes import HeartAxes, heart_axes
 from heartgen.fields.coordinates import circumferential, longitudinal
+from heartgen.fields.euler import fibre_angles
 from heartgen.fields.fibres import FibreRule, fibre_frames
 from heartgen.fields.segments import segments_of_elements
 from heartgen.fields.shape import curvatures, wall_thickness
@@ -18,6 +19,9 @@ from heartgen.mesh.hexmesh import HexMesh
 
 FIBRE, SHEET, SHEET_NORMAL = "fibre", "sheet", "sheet normal"
 """Names of the fields of directions."""
+
+FIBRE_ANGLES = "fibre angles"
+"""Name of the field of angles from which cmGui, zinc and OpenCMISS make fibres."""
 
 AHA = "aha segment"
 """Name of the field of segments."""
@@ -91,6 +95,10 @@ def _fibres(mesh: HexMesh, _: HeartAxes, rule: FibreRule) -> list[MeshField]:
     return [MeshField(name, frame) for name, frame in zip(names, frames, strict=True)]
 
 
+def _angles(mesh: HexMesh, _: HeartAxes, rule: FibreRule) -> list[MeshField]:
+    return [MeshField(FIBRE_ANGLES, fibre_angles(mesh, fibre_frames(mesh, rule)))]
+
+
 def _thickness(mesh: HexMesh, _: HeartAxes, __: FibreRule) -> list[MeshField]:
     return [MeshField("wall thickness", wall_thickness(mesh)[..., None])]
 
@@ -103,9 +111,11 @@ FIELDS: dict[str, Callable[[HexMesh, HeartAxes, FibreRule], list[MeshField]]] = 
     "coordinates": _coordinates,
     "aha": _segments,
     "fibres": _fibres,
+    "angles": _angles,
     "thickness": _thickness,
     "curvature": _curvature,
 }
 """What can be asked for, and its maker: transmural, longitudinal and circumferential coordinate
 and, with two of them, the ventricle (0 left and septum, 1 right); AHA segment; fibre, sheet and
-sheet-normal direction; wall thickness, mm; circumferential and longitudinal curvature, 1/mm."""
+sheet-normal direction; angles of these from the local coordinates, rad; wall thickness, mm;
+circumferential and longitudinal curvature, 1/mm."""

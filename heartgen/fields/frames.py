@@ -40,6 +40,14 @@ def frames_at(mesh: HexMesh, xi: Array) -> Array:
     return _frames(*tangents(mesh, xi))
 
 
+def local_frames(mesh: HexMesh, xi: Array) -> Array:
+    """Directions of the local coordinates at (q, 3), (e, q, 3, 3): of xi1, aside of it, normal.
+
+    Those of `frames_at`, but for a square patch, in which xi1 does not run around.
+    """
+    return _frames(*_local_tangents(mesh, xi))
+
+
 def averaged(values: Array, mesh: HexMesh) -> Array:
     """Mean of values (e, 64, ...) wherever lattice points of elements are one, but for the pole."""
     shared = ~at_pole(mesh)
@@ -76,14 +84,20 @@ def tangents(mesh: HexMesh, xi: Array) -> tuple[Array, Array]:
     They are those of xi1 and xi2, but for a square patch at the apex. On a collapsed face, that
     around is as it is close to it.
     """
+    one, two = _local_tangents(mesh, xi)
+    shares = around_shares(mesh.topology, xi)
+    a, b = shares[..., :1], shares[..., 1:]
+    return a * one + b * two, a * two - b * one
+
+
+def _local_tangents(mesh: HexMesh, xi: Array) -> tuple[Array, Array]:
+    """Tangents (e, q, 3) of xi1 and xi2; on a collapsed face, that of xi1 as it is close to it."""
     one, two = (np.matmul(tabulate(xi, d), mesh.control) for d in ((1, 0, 0), (0, 1, 0)))
     opening = np.matmul(tabulate(xi, (1, 1, 0)), mesh.control)
     for element, face in mesh.topology.collapsed:
         on = xi[:, face // 2] == face % 2
         one[element, on] = opening[element, on]  # of a length that grows with the distance
-    shares = around_shares(mesh.topology, xi)
-    a, b = shares[..., :1], shares[..., 1:]
-    return a * one + b * two, a * two - b * one
+    return one, two
 
 
 def around_shares(topology: Topology, xi: Array) -> Array:

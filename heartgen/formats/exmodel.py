@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
+from heartgen.fields.catalogue import FIBRE_ANGLES
 from heartgen.formats.groups import Group, named_groups, segment_groups
 from heartgen.formats.nodal import nodal_parameters
 from heartgen.formats.skeleton import Skeleton, skeleton
@@ -38,6 +39,9 @@ HERMITE, LAGRANGE = (f"{name}*{name}*{name}" for name in ("c.Hermite", "c.Lagran
 
 COORDINATES = "coordinates"
 """Name of the geometric field, by which other software finds it."""
+
+ANATOMICAL = ("fibre angle", "imbrication angle", "sheet angle")
+"""Components of the field from which other software makes fibre axes."""
 
 RESERVED = (COORDINATES, "xi", "cmiss_number")
 """Names that a field may not have."""
@@ -222,17 +226,19 @@ def _lagrange(mesh: HexMesh) -> ExBlock:
 def _fields(mesh: HexMesh, fields: tuple[MeshField, ...], first_node: int) -> ExBlock:
     number, first = shared_points(mesh.topology, fields)
     at_nodes = tuple(
-        ExField(
-            field.name,
-            "field, rectangular cartesian",
-            tuple(str(k + 1) for k in range(field.components)),
-            field.values.reshape(-1, field.components)[first],
-        )
+        ExField(field.name, *_kind(field), field.values.reshape(-1, field.components)[first])
         for field in fields
         if not field.per_element
     )
     constants = tuple(field for field in fields if field.per_element)
     return _on_lattice(number, at_nodes, first_node, constants)
+
+
+def _kind(field: MeshField) -> tuple[str, tuple[str, ...]]:
+    """What a field is called in an EX file, and its components."""
+    if field.name == FIBRE_ANGLES and field.components == len(ANATOMICAL):
+        return "anatomical, fibre", ANATOMICAL
+    return "field, rectangular cartesian", tuple(str(k + 1) for k in range(field.components))
 
 
 def _on_lattice(

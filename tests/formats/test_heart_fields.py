@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from heartgen.fields import SEGMENTS, make_fields
-from heartgen.formats import write_mesh
+from heartgen.fields import SEGMENTS, FibreRule, fibre_frames, make_fields
+from heartgen.fields.frames import at_pole, local_frames
+from heartgen.fields.wall import wall_of
+from heartgen.formats import file_name, read_mesh_file, write_mesh
+from heartgen.mesh import MeshField
+from heartgen.mesh.bernstein import lattice
 
 
 @pytest.fixture(scope="module")
@@ -57,3 +61,63 @@ def test_vtk_finds_directions_of_length_one_and_segments(usual, fields, tmp_path
     for cell in range(usual.n_elements):
         inside = turn[grid.get_cell(cell).point_ids]
         assert np.ptp(inside) < np.pi
+
+
+@pytest.mark.parametrize("form", ["exf", "ex1", "fieldml"])
+def test_zinc_makes_our_fibres_of_the_angles(heart, tmp_path, form):
+    zinc = pytest.importorskip("cmlibs.zinc.context")
+    rule = FibreRule(transverse=(-20, 30), sheet=(-65, 25))
+    (angles,) = make_fields(heart, ["angles"], rule=rule)
+    files = write_mesh(heart, tmp_path / file_name("mesh", form), [angles], form).files
+    context = zinc.Context("test")
+    region = context.getDefaultRegion()
+    assert [region.readFile(str(file)) for file in files] == [1] * len(files)
+    module = region.getFieldmodule()
+    found = module.findFieldByName("fibre angles")
+    if form != "fieldml":  # which has no kinds of fields
+        assert found.getCoordinateSystemType() == found.COORDINATE_SYSTEM_TYPE_FIBRE
+    axes = module.createFieldFibreAxes(found, module.findFieldByName("coordinates"))
+    mesh, cache = module.findMeshByDimension(3), module.createFieldcache()
+    expected = np.swapaxes(fibre_frames(heart, rule), -1, -2).reshape(heart.n_elements, 64, 9)
+    apart = ~at_pole(heart)
+    for element in range(heart.n_elements):
+        for place in np.flatnonzero(apart[element])[::7]:
+            cache.setMeshLocation(
+                mesh.findElementByIdentifier(element + 1), lattice()[place].tolist()
+            )
+            answer, values = axes.evaluateReal(cache, 9)
+            assert answer == 1
+            assert np.abs(values - expected[element, place]).max() < 1e-9
+
+
+def test_angles_follow_the_fibres_between_the_nodes(heart):
+    """Far from where directions meet, axes from the angles stay those of the interpolated fibre."""
+    (angles,) = make_fields(heart, ["angles"])
+    xi = np.random.default_rng(6).uniform(size=(20, 3))
+    turn, incline = np.moveaxis(angles.evaluate(xi), -1, 0)[:2]
+    one, aside, normal = np.moveaxis(local_frames(heart, xi), -1, 0)
+    plane = np.cos(turn)[..., None] * one + np.sin(turn)[..., None] * aside
+    fibre = np.cos(incline)[..., None] * plane - np.sin(incline)[..., None] * normal
+    ours = MeshField("fibre", fibre_frames(heart)[..., 0]).evaluate(xi)
+    cosine = np.einsum("eqx,eqx->eq", fibre, ours) / np.linalg.norm(ours, axis=-1)
+    away = ~at_pole(heart).any(1) & (heart.topology.index[:, 2] > 0)
+    assert np.degrees(np.arccos(np.clip(cosine[away], -1, 1))).mean() < 1
+
+
+def test_zinc_knows_what_the_angles_are(usual, fields, tmp_path):
+    write_mesh(usual, tmp_path / "mesh.exf", [fields["fibre angles"]])
+    text = (tmp_path / "mesh.exf").read_text()
+    assert "1) fibre angles, anatomical, fibre, real, #Components=3" in text
+    again = read_mesh_file(tmp_path / "mesh.exf")
+    write_mesh(again.mesh, tmp_path / "again.exf", again.fields)
+    assert (tmp_path / "again.exf").read_text() == text
+
+
+def test_angles_of_a_plain_rule_are_those_of_the_rule(usual):
+    (angles,) = make_fields(usual, ["angles"], rule=FibreRule(helix=(60, -60)))
+    depth = wall_of(usual).depth
+    helix, imbrication, sheet = np.degrees(np.moveaxis(angles.values, -1, 0))
+    off = ~at_pole(usual)
+    assert np.abs(helix - (60 - 120 * depth))[off].max() < 1e-6
+    assert np.abs(imbrication[off]).max() < 1e-6
+    assert np.abs(sheet[off] - 90).max() < 1e-6
