@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from heartgen.anatomy import Anatomy, Cone, analyse, cone_through, with_hole
+from heartgen.anatomy import Anatomy, Cone, analyse, cone_through, with_hole, with_views
 from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.enhancement import enhance
+from heartgen.errors import InputError
 from heartgen.fields import FIELDS, FibreRule, clinical_indices, make_fields
 from heartgen.formats import file_name, write_mesh, write_text
 from heartgen.images import Finding, Mask
@@ -140,7 +141,7 @@ class Personalization:
 
 
 def personalize(
-    mask: Mask,
+    mask: Mask | Sequence[Mask],
     options: Options | None = None,
     *,
     progress: Progress = lambda step, done: None,
@@ -151,8 +152,9 @@ def personalize(
 
     Parameters
     ----------
-    mask : Mask
-        From `heartgen.read_mask`.
+    mask : Mask, or sequence of Mask
+        From `heartgen.read_mask`; or a short-axis stack and further views of the same heart, such
+        as long-axis slices, read with ``view=True``.
     options : Options, optional
         Defaults to ``Options()``.
     progress : callable
@@ -179,7 +181,7 @@ def personalize(
 
 
 def personalize_levels(
-    mask: Mask,
+    mask: Mask | Sequence[Mask],
     levels: Iterable[int] = (1, 2, 3, 4, 5),
     options: Options | None = None,
     *,
@@ -191,7 +193,8 @@ def personalize_levels(
 
     Parameters
     ----------
-    mask : Mask
+    mask : Mask, or sequence of Mask
+        As for `personalize`.
     levels : iterable of int
         Levels of detail.
     options : Options, optional
@@ -217,11 +220,15 @@ def personalize_levels(
     # depend on the number of cores.
     with threadpool_limits(1, "blas"):
         whole = replace(options or Options(), **choices)
-        return _personalize(mask, tuple(levels), whole, progress, anatomy)
+        images = [mask] if isinstance(mask, Mask) else list(mask)
+        if not images:
+            raise InputError("there is no image of the heart: give a mask, and further views of it")
+        return _personalize(images[0], images[1:], tuple(levels), whole, progress, anatomy)
 
 
 def _personalize(
     mask: Mask,
+    views: Sequence[Mask],
     levels: tuple[int, ...],
     options: Options,
     progress: Progress,
@@ -238,7 +245,7 @@ def _personalize(
             options.base == "rim",
             options.shifts == "auto",
         )
-        anatomy = anatomy.uncut or anatomy
+        anatomy = with_views(anatomy.uncut or anatomy, views)
     with clock.step("template"):
         template = _template(anatomy, options)
         if RIM in template.topology.surfaces:

@@ -7,6 +7,7 @@ from heartgen.anatomy.plane import Plane
 from heartgen.anatomy.right import RightVentricle
 from heartgen.anatomy.shape import Slices
 from heartgen.anatomy.sheet import Sheet
+from heartgen.anatomy.views import with_views
 
 __all__ = [
     "Anatomy",
@@ -19,4 +20,5 @@ __all__ = [
     "analyse",
     "cone_through",
     "with_hole",
+    "with_views",
 ]

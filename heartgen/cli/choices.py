@@ -15,6 +15,16 @@ MaskPath = Annotated[
         help="NIfTI, NRRD, MetaImage; or a DICOM segmentation, as a file or a folder.",
     ),
 ]
+Views = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--view",
+        metavar="MASK",
+        show_default=False,
+        help="A further view of the heart in MASK, such as a long-axis slice, if that is a "
+        "short-axis stack; may be repeated.",
+    ),
+]
 Label = Annotated[
     list[str] | None,
     typer.Option(

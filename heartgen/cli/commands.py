@@ -22,6 +22,7 @@ from heartgen.cli.choices import (
     Shifts,
     Truncate,
     Ventricles,
+    Views,
 )
 from heartgen.cli.outcome import appearing_together, check_folder, check_picture, errors, told
 from heartgen.errors import MeshError, needing
@@ -75,6 +76,7 @@ def fit(
             "below it.",
         ),
     ] = "rim",
+    view: Views = None,
     label: Label = None,
     labels: Labels = None,
     rv_wall: RvWall = None,
@@ -171,8 +173,10 @@ def fit(
         )
         chosen = _fields(fields)
         rule = None if fibre_angles is None else rule_from_text(fibre_angles)
-        heart = Selection(tuple(label or ()), labels, rv_wall).read(mask, ventricles)
-        result = _personalized(heart, options)
+        selection = Selection(tuple(label or ()), labels, rv_wall)
+        heart = selection.read(mask, ventricles)
+        views = [selection.read(path, ventricles, view=True) for path in view or ()]
+        result = _personalized([heart, *views], options)
         with appearing_together(out) as folder:
             result.write(folder, fields=chosen, rule=rule)
 
@@ -229,7 +233,7 @@ def demo(
         check_folder(out)
         heart = samples.load(sample)
         errors.print(heart.description, style="dim", markup=False, soft_wrap=True)
-        result = _personalized(heart.mask, Options())
+        result = _personalized([heart.mask], Options())
         with appearing_together(out) as folder:
             write_mask(heart.mask, folder / "mask.nii.gz")
             result.write(folder)
@@ -358,18 +362,18 @@ def _version(
         raise typer.Exit
 
 
-def _personalized(mask: Mask, options: Options) -> Personalization:
+def _personalized(images: list[Mask], options: Options) -> Personalization:
     """Run the pipeline under progress bars, show the report, refuse a mesh that is not valid."""
     from heartgen.cli.tables import show_report, step_bars
     from heartgen.pipeline import personalize
 
     with step_bars() as progress:
-        result = personalize(mask, options, progress=progress)
+        result = personalize(images, options, progress=progress)
     show_report(result.report)
     if not result.report.quality.valid:
         bad, of = result.report.quality.invalid_elements, result.mesh.n_elements
         raise MeshError(
-            f"{mask.name}: the mesh is not valid in {bad} of {of} elements, so nothing was "
+            f"{images[0].name}: the mesh is not valid in {bad} of {of} elements, so nothing was "
             "written: try a lower level of detail or other numbers of elements, and look at the "
             "mask with heartgen inspect"
         )

@@ -39,7 +39,7 @@ from heartgen.images.volume import LPS_FROM_RAS, Label, Volume
 _Found: TypeAlias = tuple[NDArray[np.bool_] | None, tuple[Finding, ...]]
 
 
-def read_mask(path: str | PathLike[str], *, label: Label | None = None) -> Mask:
+def read_mask(path: str | PathLike[str], *, label: Label | None = None, view: bool = False) -> Mask:
     """Read and check a mask of the myocardium.
 
     Parameters
@@ -50,11 +50,15 @@ def read_mask(path: str | PathLike[str], *, label: Label | None = None) -> Mask:
     label : int, str, or sequence of them, optional
         What is myocardium in a label image or a segmentation, by number or by name; several are
         united. Not needed if the image is binary: 0 and one other value.
+    view : bool
+        Whether it is a further view of a heart, such as a long-axis slice, that need not show the
+        whole of it.
 
     Returns
     -------
     Mask
-        In one piece, with background around it, its `findings` saying what was mended.
+        In one piece (but for a view), with background around it, its `findings` saying what was
+        mended.
 
     Raises
     ------
@@ -65,8 +69,8 @@ def read_mask(path: str | PathLike[str], *, label: Label | None = None) -> Mask:
     form = identify(file)
     with _enough_memory(file):
         if form.startswith("DICOM"):
-            return _checked(read_segmentation(file, label), _name(file), myocardium)
-        return _checked(_image(file, form), _name(file), partial(myocardium, label=label))
+            return _checked(read_segmentation(file, label), _name(file), myocardium, view)
+        return _checked(_image(file, form), _name(file), partial(myocardium, label=label), view)
 
 
 def read_labels(
@@ -75,6 +79,7 @@ def read_labels(
     *,
     ventricles: VentricleChoice = "auto",
     rv_wall: float = RV_WALL,
+    view: bool = False,
 ) -> Mask:
     """Read a label map of the heart, and take from it the myocardium of its ventricles.
 
@@ -94,6 +99,8 @@ def read_labels(
         Which to take: all that are labelled, the left, both.
     rv_wall : float
         Thickness of the right ventricular wall if it has to be built, mm.
+    view : bool
+        As of `read_mask`.
 
     Returns
     -------
@@ -112,7 +119,7 @@ def read_labels(
         volume = read_segments(file) if form.startswith("DICOM") else _image(file, form)
         known = find_scheme(scheme, volume.label_names, _name(file))
         select = partial(ventricular_walls, scheme=known, ventricles=ventricles, rv_wall=rv_wall)
-        return _checked(volume, _name(file), select)
+        return _checked(volume, _name(file), select, view)
 
 
 def mask_from_array(
@@ -205,8 +212,13 @@ def _enough_memory(file: Path) -> Iterator[None]:
         refuse(file.name, "The image is too large for this machine's memory: crop it to the heart.")
 
 
-def _checked(volume: Volume, name: str, select: Callable[[Volume], _Found]) -> Mask:
-    """The mask that is selected from a volume, once every check has seen it."""
+def _checked(
+    volume: Volume, name: str, select: Callable[[Volume], _Found], view: bool = False
+) -> Mask:
+    """The mask that is selected from a volume, once every check has seen it.
+
+    A view need not show enough for a mesh, nor be in one piece.
+    """
     shape = volume.values.shape
     report(name, [check_size(shape), check_dimensions(shape), check_data_type(volume.values.dtype)])
     volume = replace(volume, values=volume.values.reshape(shape[:3]))
@@ -216,13 +228,15 @@ def _checked(volume: Volume, name: str, select: Callable[[Volume], _Found]) -> M
         voxels, told = select(volume)
         findings += told
     if voxels is not None:
-        findings += [check_empty(voxels), check_background(voxels), check_extent(voxels)]
+        findings += [check_empty(voxels), check_background(voxels)]
+        findings += [] if view else [check_extent(voxels)]
     seen = report(name, findings)
     assert voxels is not None  # else one of the findings was fatal
     mask = Mask(np.ascontiguousarray(voxels), volume.affine, name)
-    mask, dropped = keep_largest(mask)
-    scale = check_scale(mask.voxels, mask.affine)
-    seen += report(name, [dropped, check_extent(mask.voxels), scale])
+    if not view:
+        mask, dropped = keep_largest(mask)
+        scale = check_scale(mask.voxels, mask.affine)
+        seen += report(name, [dropped, check_extent(mask.voxels), scale])
     mask, padded = pad_border(mask)
     return replace(mask, findings=seen + report(name, [padded]))
 

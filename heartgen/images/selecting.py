@@ -40,7 +40,7 @@ class Selection:
         if self.labels is None and self.rv_wall is not None:
             raise InputError("--rv-wall needs a label map: say what its labels are: --labels")
 
-    def read(self, path: str | PathLike[str], ventricles: str = "auto") -> Mask:
+    def read(self, path: str | PathLike[str], ventricles: str = "auto", view: bool = False) -> Mask:
         """Read a mask, or the myocardium of a label map.
 
         Parameters
@@ -49,6 +49,8 @@ class Selection:
             As of `heartgen.read_mask`.
         ventricles : {"auto", "lv", "biv"}
             Which to take from a label map.
+        view : bool
+            As of `heartgen.read_mask`.
 
         Returns
         -------
@@ -60,7 +62,9 @@ class Selection:
             If no heart can be meshed from the file.
         """
         if self.labels is None:
-            return read_mask(path, label=[*map(label_from_text, self.label)] or None)
+            return read_mask(path, label=[*map(label_from_text, self.label)] or None, view=view)
         thickness = RV_WALL if self.rv_wall is None else self.rv_wall
         which: Any = ventricles  # read_labels refuses words it does not know
-        return read_labels(path, scheme_from_text(self.labels), ventricles=which, rv_wall=thickness)
+        return read_labels(
+            path, scheme_from_text(self.labels), ventricles=which, rv_wall=thickness, view=view
+        )

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.images.mask import Mask
+from heartgen.images.mask import Mask, planes_along
 
 
 @dataclass(frozen=True)
@@ -73,10 +73,26 @@ def stack_of(mask: Mask) -> Stack | None:
     -------
     Stack or None
     """
-    axis = mask.stack_axis
-    if axis is None:
-        return None
-    planes = np.flatnonzero(mask.planes)
+    return None if mask.stack_axis is None else _slices(mask, mask.stack_axis)
+
+
+def slices_of(mask: Mask) -> Stack:
+    """Slices of a mask, be it one alone: along the axis that shows the fewest of them.
+
+    Parameters
+    ----------
+    mask : Mask
+
+    Returns
+    -------
+    Stack
+    """
+    return _slices(mask, int(np.argmin([planes_along(mask.voxels, a).sum() for a in range(3)])))
+
+
+def _slices(mask: Mask, axis: int) -> Stack:
+    """Planes with data along an index axis."""
+    planes = np.flatnonzero(planes_along(mask.voxels, axis))
     step = int(np.median(np.diff(planes))) if len(planes) > 1 else 1
     first, second = (a for a in range(3) if a != axis)
     pixels = np.moveaxis(mask.voxels, axis, 0)[planes]

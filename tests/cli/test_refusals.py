@@ -117,3 +117,10 @@ def test_label_map_without_a_word_about_its_labels_is_pointed_to_the_option(
     outcome = run("inspect", label_map, "-o", tmp_path / "a.png")
     assert outcome.exit_code == 1
     assert "--labels" in outcome.stderr
+
+
+def test_a_view_of_a_heart_that_is_no_stack_is_refused(run, mask_file, tmp_path):
+    outcome = run("fit", mask_file, "-o", tmp_path / "out", "--view", mask_file)
+    assert outcome.exit_code == 1
+    assert "no stack of slices" in outcome.stderr.replace("\n", " ")
+    assert not (tmp_path / "out").exists()
