@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from heartgen.errors import InputError
 from heartgen.formats.assembled import MeshFile, assembled, named_faces, our_name
 from heartgen.formats.ex1 import ELEMENTS, NODES
+from heartgen.formats.excontent import ExContent
 from heartgen.formats.exf import STRUCTURE
 from heartgen.formats.exmodel import COORDINATES, LABELS, RESERVED
 from heartgen.formats.exterms import ExTerms, constant_values, terms_of
-from heartgen.formats.extext import BROKEN, COMMENT, ExContent, parse_ex
+from heartgen.formats.extext import BROKEN, COMMENT, parse_ex
 from heartgen.formats.files import read_text
 from heartgen.mesh.bernstein import lattice, tabulate
 from heartgen.mesh.field import MeshField

@@ -10,8 +10,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from heartgen.formats.excontent import ElementComponent, ExContent, Node
 from heartgen.formats.exmodel import LABELS
-from heartgen.formats.extext import ElementComponent, ExContent, Node
 from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN, ORDER, lagrange_to_bernstein
 from heartgen.mesh.hexmesh import COEFFICIENTS
 

@@ -1,12 +1,20 @@
-"""The text of EX files, version 1 to 3: what it says, before it is made into a mesh."""
+"""The text of EX files, version 1 to 3, read into what it says."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
 
 from heartgen.errors import InputError
+from heartgen.formats.excontent import (
+    Element,
+    ElementComponent,
+    ExContent,
+    Head,
+    Node,
+    NodeComponent,
+    Term,
+)
 from heartgen.formats.exmodel import LABELS
 
 NUMBERS = re.compile(r"[-+0-9.eE\s]+")
@@ -24,109 +32,6 @@ BROKEN = (ValueError, IndexError, KeyError, AttributeError, TypeError, StopItera
 """What comes of text that breaks off or has words where numbers should be."""
 
 COMMENT = "! "
-
-Term = tuple[str | int, int, tuple[int, ...]]
-"""Part of a parameter: its label, or its place among those of the node; version; scale factors."""
-
-
-@dataclass(frozen=True)
-class NodeComponent:
-    """Where the parameters of a component of a field stand among its numbers at a node.
-
-    Attributes
-    ----------
-    places : dict of (str, int) to int
-        By label and version, counted from 0.
-    size : int
-    """
-
-    places: dict[tuple[str, int], int]
-    size: int
-
-    def labels(self) -> list[tuple[str, int]]:
-        """Label and version of each number."""
-        return sorted(self.places, key=self.places.__getitem__)
-
-
-@dataclass(frozen=True)
-class ElementComponent:
-    """How an element makes a component of a field.
-
-    Attributes
-    ----------
-    basis : str
-    parameters : list of (list of int, list of Term) or None
-        For each parameter the nodes in the element's list that its terms are taken of, and the
-        terms that add up to it. None if the component is constant.
-    """
-
-    basis: str
-    parameters: list[tuple[list[int], list[Term]]] | None
-
-
-@dataclass
-class Head:
-    """What holds for the nodes or elements that follow.
-
-    Attributes
-    ----------
-    dimension : int
-    fields : dict of str to list
-        Components of each field; an empty list if it is of a kind that is not read.
-    kinds : dict of str to str
-    scale_factors : dict of str to int
-        Number in each set.
-    n_nodes : int
-    """
-
-    dimension: int = 0
-    fields: dict[str, list[NodeComponent] | list[ElementComponent]] = field(default_factory=dict)
-    kinds: dict[str, str] = field(default_factory=dict)
-    scale_factors: dict[str, int] = field(default_factory=dict)
-    n_nodes: int = 0
-
-
-@dataclass
-class Node:
-    """Numbers of each component of each field at a node, and what they are."""
-
-    values: dict[str, list[list[float]]] = field(default_factory=dict)
-    fields: dict[str, list[NodeComponent]] = field(default_factory=dict)
-
-
-@dataclass
-class Element:
-    """What a file says of a three-dimensional element.
-
-    Attributes
-    ----------
-    faces : list of int
-    parts : list of (Head, dict of str to list of str)
-        Once for each time that the element is named: what holds, and its nodes, values and scale
-        factors.
-    """
-
-    faces: list[int] = field(default_factory=list)
-    parts: list[tuple[Head, dict[str, list[str]]]] = field(default_factory=list)
-
-
-@dataclass
-class ExContent:
-    """All that is said.
-
-    Attributes
-    ----------
-    nodes : dict of int to Node
-    elements : dict of int to Element
-    groups : dict of str to dict of int to list of int
-        Members of each group by dimension.
-    comments : list of str
-    """
-
-    nodes: dict[int, Node] = field(default_factory=dict)
-    elements: dict[int, Element] = field(default_factory=dict)
-    groups: dict[str, dict[int, list[int]]] = field(default_factory=dict)
-    comments: list[str] = field(default_factory=list)
 
 
 def parse_ex(texts: Iterable[tuple[str, str]]) -> ExContent:
