@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from heartgen.images.isosurface import Isosurface, isosurface
 from heartgen.images.levelset import LevelSet
+from heartgen.mesh.biventricular import right_apex
 from heartgen.mesh.closest import closest_points
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.jacobian import determinants, jacobian_ratio, scaled_jacobian, volume
@@ -180,10 +181,9 @@ def _parts(
 ) -> dict[str, NDArray[np.bool_]]:
     """Which points (n,), each nearest to a face of a named surface, belong to which part."""
     parts = {name: names == name for name in mesh.topology.surfaces}
-    if "right ventricle" in mesh.topology.parts:
-        right = mesh.topology.index[mesh.topology.parts["right ventricle"]]
-        row = mesh.topology.index[faces[:, 0], 2]
-        parts["rv_apex"] = parts["rv_endo"] & (row == right[:, 2].min())
+    if "rv_endo" in parts:
+        lowest = np.isin(faces[:, 0], right_apex(mesh.topology))
+        parts["rv_apex"] = parts["rv_endo"] & lowest
     return parts
 
 

@@ -27,6 +27,9 @@ BIV_ELEMENTS = (2, 12, 8)
 Apex = Literal["collapsed", "hole", "patch"]
 """Kinds of apex: elements that collapse in a pole, a hole, or a square patch of elements."""
 
+Insertion = Literal["rounded", "squared"]
+"""Courses of the insertion line around the apex of the right ventricle."""
+
 QUALITY_LIMITS = (0.01, 100.0)
 """Range of the quality dial."""
 
@@ -63,6 +66,9 @@ class Options:
         Straighten the mesh across the wall after warping.
     depth : {"graded", "linear"}
         Parametrisation across the wall: graded for even elements, or proportional.
+    interior : {"straight", "relaxed"}
+        What lies between the surfaces of a refined mesh: straight lines across the wall, or lines
+        that bend for better elements.
     basis : {"hermite", "lagrange"}
         Cubic basis of the result: values and derivatives at the nodes, smooth between elements, or
         values on a lattice in each element. The geometry is the same.
@@ -77,6 +83,9 @@ class Options:
         Radius of the apical hole on the endocardium, mm; None for a quarter of the cavity's.
     shifts : {"auto", "off"}
         Slices of a stack that are clearly shifted against each other are moved back, or never.
+    insertion : {"rounded", "squared"}
+        The line on which the right ventricle meets the left one follows the anatomy around the
+        right apex, or stays as square there as the elements like it.
     """
 
     lod: int = 1
@@ -88,11 +97,13 @@ class Options:
     base: Literal["rim", "plane"] = "rim"
     enhance: bool = True
     depth: Literal["graded", "linear"] = "graded"
+    interior: Literal["straight", "relaxed"] = "straight"
     basis: Literal["hermite", "lagrange"] = "hermite"
     septum: tuple[float, float, float] | None = None
     apex: Apex = "collapsed"
     hole_radius: float | None = None
     shifts: Literal["auto", "off"] = "auto"
+    insertion: Insertion = "rounded"
 
     def __post_init__(self) -> None:
         if self.lod not in range(1, 6):
@@ -123,8 +134,19 @@ class Options:
             raise InputError(f"shifts {self.shifts!r} are not known: choose auto or off")
         if self.depth not in ("graded", "linear"):
             raise InputError(f"depth {self.depth!r} is not known: choose graded or linear")
+        if self.interior not in ("straight", "relaxed"):
+            raise InputError(f"interior {self.interior!r} is not known: choose straight or relaxed")
+        if self.interior == "relaxed" and not self.refine:
+            raise InputError(
+                "an interior can only be relaxed where the mesh is refined: allow the refinement, "
+                "or keep the interior straight"
+            )
         if self.basis not in ("hermite", "lagrange"):
             raise InputError(f"basis {self.basis!r} is not known: choose hermite or lagrange")
+        if self.insertion not in get_args(Insertion):
+            raise InputError(
+                f"insertion {self.insertion!r} is not known: choose rounded or squared"
+            )
         if self.septum is not None and not (
             len(self.septum) == 3 and all(map(isfinite, self.septum)) and any(self.septum)
         ):

@@ -24,7 +24,7 @@ from heartgen.mesh.hermite import RIM
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.validity import certify
 from heartgen.options import HOLE_SHARE, Options, usual_elements
-from heartgen.refinement import patient_of, refine, weights_for
+from heartgen.refinement import patient_of, refine, relax, weights_for
 from heartgen.registration import Deformation, register
 from heartgen.report import Report, measured, slices_of
 from heartgen.templates import biventricular_template, lv_template
@@ -361,7 +361,11 @@ def _refined(
         return mesh, 0
     patient = patient_of(anatomy)
     weights = weights_for(
-        options.lod, options.quality, anatomy.rv is not None, anatomy.slices is not None
+        options.lod,
+        options.quality,
+        anatomy.rv is not None,
+        anatomy.slices is not None,
+        options.insertion,
     )
     anchor = mesh
     for _ in range(FIRMER_ROUNDS):
@@ -370,6 +374,8 @@ def _refined(
         if valid.all():
             break
         firmness[~valid] *= FIRMER
+    if options.interior == "relaxed" and valid.all():
+        mesh = relax(mesh)
     return mesh, int(np.sum(firmness > 1))
 
 

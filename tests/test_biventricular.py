@@ -155,3 +155,43 @@ def test_real_hearts(shared_data: Path) -> None:
         ).report
         assert report.success
         assert report.quality.valid
+
+
+def test_rounded_insertion_follows_the_right_apex() -> None:
+    squared, rounded = both_insertions(samples.biv(1.0).mask)
+    assert apex_error(rounded) < 0.85 * apex_error(squared)
+    assert rounded.report.accuracy.mean < squared.report.accuracy.mean
+    assert dip(rounded) > 1.2 * dip(squared) > 0
+    assert rounded.report.quality.mean > squared.report.quality.mean - 0.02
+    assert rounded.report.quality.valid
+
+
+def test_rounded_insertion_halves_the_error_at_a_real_right_apex(shared_data: Path) -> None:
+    squared, rounded = both_insertions(
+        heartgen.read_mask(shared_data / "biv_cycle" / "bivme_patient1_f01.nii.gz")
+    )
+    assert apex_error(rounded) < 0.5 * apex_error(squared)
+    assert dip(rounded) > 1.2 * dip(squared) > 0
+    assert rounded.report.quality.valid
+
+
+def both_insertions(mask: Mask) -> tuple[Personalization, Personalization]:
+    """The same heart with a squared and with a rounded insertion line."""
+    squared = heartgen.personalize(mask, lod=3, insertion="squared")
+    return squared, heartgen.personalize(mask, lod=3, insertion="rounded")
+
+
+def apex_error(result: Personalization) -> float:
+    """Mean error at the right ventricle's apex, mm."""
+    return result.report.accuracy.by_surface["rv_apex"]
+
+
+def dip(result: Personalization) -> float:
+    """How far the middle of the insertion line's lowest side lies below its ends, mm."""
+    mesh, septum = result.mesh, result.mesh.topology.patches["rv_septum"]
+    row = mesh.topology.index[septum[:, 0], 2]
+    lowest = septum[row == row.min(), 0]
+    lowest = lowest[np.argsort(mesh.topology.index[lowest, 1])]
+    line = mesh.evaluate(np.array([[0.0, 0.0, 1.0], [0.5, 0.0, 1.0], [1.0, 0.0, 1.0]]))[lowest]
+    height = result.anatomy.to_heart(line.reshape(-1, 3))[:, 2]
+    return float((height[0] + height[-1]) / 2 - height[len(height) // 2])

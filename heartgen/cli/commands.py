@@ -103,6 +103,21 @@ def fit(
             "given.",
         ),
     ] = None,
+    insertion: Annotated[
+        str,
+        typer.Option(
+            metavar="rounded|squared",
+            help="The line on which the right ventricle meets the left one follows the anatomy "
+            "around the right apex, or stays square.",
+        ),
+    ] = "rounded",
+    interior: Annotated[
+        str,
+        typer.Option(
+            metavar="straight|relaxed",
+            help="Lines across the wall: straight, or bent for better elements; surfaces stay.",
+        ),
+    ] = "straight",
     basis: Annotated[
         str,
         typer.Option(
@@ -167,6 +182,8 @@ def fit(
             depth=cast("Any", depth),
             apex=cast("Any", apex),
             hole_radius=hole_radius,
+            insertion=cast("Any", insertion),
+            interior=cast("Any", interior),
             basis=cast("Any", basis),
             shifts=cast("Any", shifts),
             septum=None if septum is None else direction_from_text(septum),

@@ -140,6 +140,25 @@ def patch_corner(opening: Opening, around: int) -> int:
     return (2 * opening.columns - around // 2) // 4 % around
 
 
+def right_apex(topology: Topology) -> NDArray[np.intp]:
+    """Elements that hold the apex of the right ventricle: those around its lowest row.
+
+    Parameters
+    ----------
+    topology : Topology
+
+    Returns
+    -------
+    (k,) int
+        Sorted; none where there is no right ventricle.
+    """
+    if "rv_endo" not in topology.surfaces:
+        return np.empty(0, dtype=np.intp)
+    around = topology.surfaces["rv_endo"][:, 0]
+    row = topology.index[around, 2]
+    return np.unique(around[row == row.min()])
+
+
 def _check(shape: tuple[int, int, int], opening: Opening, first_row: int) -> None:
     """Refuse a mesh too coarse for its right ventricle."""
     radial, around, along = shape

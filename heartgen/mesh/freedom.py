@@ -1,7 +1,8 @@
-"""The free degrees of freedom of a straight mesh, and functions of them.
+"""The free degrees of freedom of a mesh, and functions of them.
 
-When the wall is straight across, all degrees of freedom follow from those of the surfaces. This
-module expresses points of elements and faces in these, sparsely or element by element.
+When the wall is straight across, all degrees of freedom follow from those of the surfaces; else all
+are free. This module expresses points of elements and faces in these, sparsely or element by
+element.
 """
 
 from __future__ import annotations
@@ -27,25 +28,26 @@ FACE_DERIVATIVES = ((0, 0), (1, 0), (0, 1))
 
 
 class Freedom:
-    """Free degrees of freedom of a topology.
+    """Free degrees of freedom of a topology: those of the surfaces, or all if it is `bent`.
 
     Attributes
     ----------
     free : (n,) int
-        Which degrees of freedom of the topology are free: those of the surfaces.
+        Which degrees of freedom of the topology are free.
     straight : (m, n) sparse
         All m degrees of freedom from the free ones.
     extraction : (64 e, n) sparse
         Bernstein coefficients of the elements from the free degrees of freedom.
     """
 
-    def __init__(self, topology: Topology) -> None:
+    def __init__(self, topology: Topology, bent: bool = False) -> None:
         if topology.straightening is None:
             raise MeshError(
                 f"a mesh in the {topology.basis} basis that was converted or read from a file "
                 "cannot be refined: refine it before"
             )
-        straightening = sp.csc_array(topology.straightening)
+        size = topology.extraction.shape[1]
+        straightening = sp.csc_array(sp.eye_array(size) if bent else topology.straightening)
         self.free = np.flatnonzero(np.diff(straightening.indptr))
         self.straight = sp.csr_array(straightening[:, self.free])
         self.extraction = sp.csr_array(topology.extraction @ self.straight)

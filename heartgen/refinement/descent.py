@@ -17,8 +17,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from heartgen.mesh.biventricular import right_apex
 from heartgen.mesh.freedom import FaceFreedom, Freedom
 from heartgen.mesh.hexmesh import HexMesh
+from heartgen.options import Insertion
 from heartgen.refinement.assembly import Assembler
 from heartgen.refinement.distances import changes, distance_blocks, drift, from_patient, to_patient
 from heartgen.refinement.elements import Elements
@@ -62,6 +64,8 @@ class Weights:
         Squared movement along the surface beyond the leeway, in units of `DRIFT`.
     cut : float
         Distances at the base and at an apical hole, relative to those elsewhere.
+    right_apex : float
+        Distances in the elements at the right ventricle's apex, relative to those elsewhere.
     """
 
     spread: float = 45.0
@@ -69,11 +73,15 @@ class Weights:
     bending: float = 0.05
     drift: float = 40.0
     cut: float = 5.0
+    right_apex: float = 1.0
 
 
 SHEARED = Weights(spread=15.0, shear=28.0)
 """Weights for two ventricles: the corners of the right one would be paid for with shear."""
 
+ROUNDED = 8.0
+"""Weight of distances at the right ventricle's apex that draws the insertion line, square in the
+template, onto the round one of the anatomy: its elements alone would rather stay square."""
 
 SPARSE = Weights(spread=60.0, shear=56.0)
 """Weights for two ventricles in a stack of slices. Those are met closely whatever lies between:
@@ -81,7 +89,11 @@ there is room for better elements."""
 
 
 def weights_for(
-    lod: int, quality: float, biventricular: bool = False, stack: bool = False
+    lod: int,
+    quality: float,
+    biventricular: bool = False,
+    stack: bool = False,
+    insertion: Insertion = "rounded",
 ) -> Weights:
     """Weights for a level of detail.
 
@@ -95,6 +107,8 @@ def weights_for(
         Whether the mesh has a right ventricle.
     stack : bool
         Whether it is fitted to slices far apart.
+    insertion : {"rounded", "squared"}
+        Course of its insertion line around its apex.
 
     Returns
     -------
@@ -104,7 +118,12 @@ def weights_for(
     plain = Weights()
     if biventricular:
         plain = SPARSE if stack else SHEARED
-    return replace(plain, spread=factor * plain.spread, shear=factor * plain.shear)
+    return replace(
+        plain,
+        spread=factor * plain.spread,
+        shear=factor * plain.shear,
+        right_apex=ROUNDED if insertion == "rounded" else 1.0,
+    )
 
 
 def refine(
@@ -142,7 +161,9 @@ def refine(
     faces = FaceFreedom(freedom, mesh.topology)
     firmness = np.ones(mesh.n_elements) if firmness is None else firmness
     elements = Elements(freedom, mesh.topology, firmness)
-    trust = 1 / _around(freedom, firmness)[faces.faces[:, 0]]
+    trust = 1 / _around(freedom, firmness)
+    trust[right_apex(mesh.topology)] *= weights.right_apex
+    trust = trust[faces.faces[:, 0]]
     assembler = Assembler([freedom.dofs, faces.dofs, faces.dofs], freedom.n)
     per_square = 1 / (SCALE * patient.voxel) ** 2
     per_drift = weights.drift / (DRIFT * patient.length) ** 2

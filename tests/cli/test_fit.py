@@ -57,6 +57,7 @@ def test_options_arrive(run, mask_file, tmp_path):
         "--no-enhance", "--no-refine", "--quality", 2.0, "--ventricles", "lv",
         "--septum", "-1,0,0.5", "--base", "plane", "--apex", "hole", "--hole-radius", 6.0,
         "--shifts", "off",
+        "--insertion", "squared",
     )  # fmt: skip
     assert outcome.exit_code == 0, outcome.output
     options = json.loads((tmp_path / "report.json").read_text())["options"]
@@ -75,6 +76,8 @@ def test_options_arrive(run, mask_file, tmp_path):
         "apex": "hole",
         "hole_radius": 6.0,
         "shifts": "off",
+        "insertion": "squared",
+        "interior": "straight",
     }
 
 
