@@ -26,6 +26,7 @@ from heartgen.viewing.surfaces import (
     mask_surface,
     mesh_edges,
     mesh_surface,
+    to_surface,
 )
 
 if TYPE_CHECKING:
@@ -50,7 +51,19 @@ ALONE_OPACITY = 1.0
 CACHED = 16
 """Surfaces that are kept: the stages of a few runs."""
 
-MASK_VIEWS = {"misfit": "Where it differs", "whole": "All of it", "off": "Hidden"}
+MASK_VIEWS = {
+    "misfit": "Where it differs",
+    "whole": "All of it",
+    "slices": "Contours in its slices",
+    "off": "Hidden",
+}
+"""The contours are those of a stack; other masks have none."""
+
+CONTOUR_RADIUS = 1.5
+"""Of the contours, over that of the edges."""
+
+OVERLAP = 1.2
+"""Length of the pieces of a contour, over what each stands for: they join."""
 
 LINES = {"edges": "Element edges", "fibres": "Fibres", "off": "None"}
 
@@ -114,8 +127,12 @@ class Scene:
 def mask_scene(anatomy: Anatomy) -> Scene:
     """The mask alone, before there is a mesh."""
     surface = _placed(mask_surface(anatomy.myocardium, MAX_TRIANGLES), anatomy)
-    surface.point_data["rgba"] = _rgba(MASK, np.full(surface.n_points, ALONE_OPACITY))
-    return Scene(pv.PolyData(), pv.PolyData(), surface, None)
+    opacity = ALONE_OPACITY if anatomy.slices is None else WHOLE_OPACITY
+    surface.point_data["rgba"] = _rgba(MASK, np.full(surface.n_points, opacity))
+    contours = _contours(anatomy)
+    if contours.n_points > 0:
+        contours.point_data["rgba"] = _rgba(DARK, np.ones(contours.n_points))
+    return Scene(pv.PolyData(), contours, surface, None)
 
 
 def mesh_scene(outcome: Outcome, view: View) -> Scene:
@@ -154,6 +171,7 @@ class _Drawn:
     edges: pv.PolyData
     mask: pv.PolyData
     misfit: Array
+    contours: pv.PolyData
     grid: pv.UnstructuredGrid
     patch: Patch
 
@@ -171,8 +189,7 @@ def _drawn(outcome: Outcome, key: str) -> _Drawn:
         surface.point_data["Normals"] = mesh_surface(result.warped).point_data["Normals"]
         surface.point_data.active_normals_name = "Normals"
     mask = mask_surface(anatomy.myocardium, MAX_TRIANGLES)
-    triangles = surface.triangulate()
-    measured = mask.compute_implicit_distance(triangles)["implicit_distance"]
+    misfit = to_surface(np.asarray(mask.points), surface)
     patch = Patch(result, mesh, np.asarray(surface.points, dtype=float))
     radius = EDGE_RADIUS * float(np.ptp(lines.points, axis=0).max())
     edges = _placed(lines.tube(radius=radius, n_sides=TUBE_SIDES), anatomy)
@@ -180,7 +197,8 @@ def _drawn(outcome: Outcome, key: str) -> _Drawn:
         surface=_placed(surface, anatomy),
         edges=edges,
         mask=_placed(mask, anatomy),
-        misfit=np.abs(np.asarray(measured, dtype=float)),
+        misfit=misfit,
+        contours=_contours(anatomy),
         grid=_placed(grid, anatomy),
         patch=patch,
     )
@@ -216,17 +234,38 @@ def _fibres(drawn: _Drawn) -> pv.PolyData:
     along /= np.linalg.norm(along, axis=-1, keepdims=True)
     half = FIBRE_LENGTH / 2 * np.sqrt(np.linalg.norm(area, axis=-1, keepdims=True)) / FIBRES
     ends = np.stack([points - half * along, points + half * along], axis=-2).reshape(-1, 3)
+    return _placed(_tubes(ends), anatomy)
+
+
+def _contours(anatomy: Anatomy) -> pv.PolyData:
+    """What the slices of a stack show of the wall, in pieces of contours, heart frame."""
+    if anatomy.slices is None:
+        return pv.PolyData()
+    outline, normal = anatomy.slices.outline, anatomy.slices.normal
+    along = np.cross(normal, outline.normals)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    half = OVERLAP / 2 * (outline.weights / anatomy.slices.distance)[:, None]
+    ends = np.stack([outline.points - half * along, outline.points + half * along], axis=1)
+    return _placed(_tubes(ends.reshape(-1, 3), CONTOUR_RADIUS), anatomy)
+
+
+def _tubes(ends: Array, thickness: float = 1.0) -> pv.PolyData:
+    """Straight pieces between pairs of points (2 n, 3), mm."""
     rows = np.insert(np.arange(len(ends)).reshape(-1, 2), 0, 2, axis=1)
     lines = pv.PolyData(ends.astype(np.float32), lines=rows.ravel())
-    radius = EDGE_RADIUS * float(np.ptp(ends, axis=0).max())
+    radius = thickness * EDGE_RADIUS * float(np.ptp(ends, axis=0).max())
     tubes: pv.PolyData = lines.tube(radius=radius, n_sides=TUBE_SIDES)
-    return _placed(tubes, anatomy)
+    return tubes
 
 
 def _mask(drawn: _Drawn, view: str) -> pv.PolyData:
     """The mask's surface in the wanted opacity."""
-    if view == "off":
+    if view == "off" or (view == "slices" and drawn.contours.n_points == 0):
         return pv.PolyData()
+    if view == "slices":
+        contours = drawn.contours.copy(deep=False)
+        contours.point_data["rgba"] = _rgba(MASK, np.ones(contours.n_points))
+        return contours
     share = np.clip(drawn.misfit / FADE, 0, 1) * MASK_OPACITY
     if view == "whole":
         share = np.full(len(share), WHOLE_OPACITY)

@@ -24,7 +24,7 @@ from heartgen.viewing.scene import (
     TUBE_SIDES,
     camera_around,
 )
-from heartgen.viewing.surfaces import MAX_TRIANGLES, level_of, mask_surface
+from heartgen.viewing.surfaces import MAX_TRIANGLES, level_of, mask_surface, to_mask
 
 if TYPE_CHECKING:
     from heartgen.images import Mask
@@ -102,9 +102,9 @@ def make_scene(mesh: pv.DataSet, mask: Mask | None) -> Any:
     plotter.set_background("white")
     look: Any = {"ambient": AMBIENT, "specular": SPECULAR, "specular_power": SPECULAR_POWER}
     if mask is not None:
-        shown = mask_surface(level_of(mask), MAX_TRIANGLES)
-        measured = surface.compute_implicit_distance(shown)["implicit_distance"]
-        surface.point_data[DISTANCE] = np.abs(np.asarray(measured, dtype=np.float32))
+        level = level_of(mask)
+        shown = mask_surface(level, MAX_TRIANGLES)
+        surface.point_data[DISTANCE] = to_mask(surface.points, level).astype(np.float32)
         plotter.add_mesh(shown, color=MASK, opacity=MASK_OPACITY, smooth_shading=True, name="mask")
     plotter.add_mesh(surface, color=MESH, name="mesh", show_scalar_bar=False, **look)
     radius = EDGE_RADIUS * float(np.ptp(lines.points, axis=0).max())
@@ -118,7 +118,7 @@ def make_scene(mesh: pv.DataSet, mask: Mask | None) -> Any:
 def colours_of(plotter: Any) -> list[str]:
     """Names of what the mesh can be coloured by."""
     surface = plotter.actors["mesh"].mapper.dataset
-    hidden = ("vtkOriginal", "Normals", "implicit_distance", "surface ", "patch ", "part ")
+    hidden = ("vtkOriginal", "Normals", "surface ", "patch ", "part ")
     names = [
         name
         for name in surface.array_names

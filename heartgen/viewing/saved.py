@@ -21,7 +21,7 @@ from heartgen.viewing.scene import (
     camera_around,
     colour_scale,
 )
-from heartgen.viewing.surfaces import mask_surface, to_mask
+from heartgen.viewing.surfaces import mask_surface, to_mask, to_surface
 
 SUBDIVISION = 2
 """Halvings of a curved cell's edge for the picture: 4 flat pieces."""
@@ -83,10 +83,10 @@ def plot_saved(mesh: Path, anatomy: Anatomy) -> Any:
 def _add_mask(plotter: Any, anatomy: Anatomy, surface: pv.PolyData) -> None:
     """The surface of the mask, the more visible the farther it is from that of the mesh."""
     shown = mask_surface(anatomy.myocardium, TRIANGLES)
-    away = shown.compute_implicit_distance(surface.triangulate())["implicit_distance"]
+    away = to_surface(np.asarray(shown.points), surface.compute_normals(split_vertices=False))
     rgba = np.empty((shown.n_points, 4), dtype=np.uint8)
     rgba[:, :3] = pv.Color(MASK).int_rgb
-    rgba[:, 3] = np.round(255 * MASK_OPACITY * np.clip(np.abs(away) / ERROR_LIMIT, 0, 1))
+    rgba[:, 3] = np.round(255 * MASK_OPACITY * np.clip(away / ERROR_LIMIT, 0, 1))
     shown.point_data["colour"] = rgba
     actor = plotter.add_mesh(shown, scalars="colour", rgb=True, smooth_shading=True, name="mask")
     actor.ForceTranslucentOn()

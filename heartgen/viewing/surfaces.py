@@ -7,7 +7,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from heartgen.assessment import distance_to
-from heartgen.images.isosurface import isosurface
+from heartgen.images.isosurface import Isosurface, isosurface
 from heartgen.images.levelset import LevelSet, signed_distance
 from heartgen.images.mask import Mask
 from heartgen.mesh import HexMesh, MeshField, Topology
@@ -131,6 +131,18 @@ def level_of(mask: Mask) -> LevelSet:
 def to_mask(points: NDArray[np.float64], myocardium: LevelSet) -> NDArray[np.float64]:
     """Distance (n,), mm, of points (n, 3), mm, world (LPS), to the isosurface of the mask."""
     return distance_to(isosurface(myocardium), np.asarray(points, dtype=float))
+
+
+def to_surface(points: NDArray[np.float64], surface: pv.PolyData) -> NDArray[np.float64]:
+    """Distance (n,), mm, of points (n, 3), mm, to a finely divided surface with point normals."""
+    count = surface.n_points
+    vertices = Isosurface(
+        np.asarray(surface.points, dtype=float),
+        np.empty((0, 3), dtype=np.intp),
+        np.full(count, surface.area / count),
+        np.asarray(surface.point_data["Normals"], dtype=float),
+    )
+    return distance_to(vertices, np.asarray(points, dtype=float))
 
 
 def to_mesh(points: NDArray[np.float64], mesh: HexMesh) -> NDArray[np.float64]:

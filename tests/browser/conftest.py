@@ -45,8 +45,8 @@ def wait_for(address: str, server: subprocess.Popen) -> None:
 
 
 @pytest.fixture(scope="session")
-def address(repository: Path, tmp_path_factory: pytest.TempPathFactory):
-    """Address of the page on a server with exactly the settings of binder/."""
+def server(repository: Path, tmp_path_factory: pytest.TempPathFactory):
+    """Process and address of a server with exactly the settings of binder/."""
     folder = tmp_path_factory.mktemp("server")
     (folder / "config").mkdir()
     shutil.copy(repository / "binder" / "jupyter_server_config.py", folder / "config")
@@ -66,10 +66,16 @@ def address(repository: Path, tmp_path_factory: pytest.TempPathFactory):
         server = subprocess.Popen(command, env=environment, stdout=log, stderr=log)
         try:
             wait_for(f"http://127.0.0.1:{port}{PREFIX}api", server)
-            yield f"http://127.0.0.1:{port}{PREFIX}voila/render/notebooks/dashboard.ipynb"
+            yield server, f"http://127.0.0.1:{port}{PREFIX}voila/render/notebooks/dashboard.ipynb"
         finally:
             server.terminate()
             server.wait(30)
+
+
+@pytest.fixture(scope="session")
+def address(server):
+    """Address of the page."""
+    return server[1]
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ import zipfile
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 
 from heartgen import samples
@@ -27,10 +28,14 @@ def view(page):
     return np.asarray(image.open(io.BytesIO(shot)).convert("RGB"), dtype=int)[50:, 10:-10]
 
 
-def is_mesh(pixels):
+def is_coloured(pixels):
     """Whether something coloured is there: blank and black views are not."""
-    share = np.mean(np.ptp(pixels, axis=2) > SATURATED)
-    return share > 0.03 and len(np.unique((pixels // 16).reshape(-1, 3), axis=0)) > 40
+    return np.mean(np.ptp(pixels, axis=2) > SATURATED) > 0.03
+
+
+def is_mesh(pixels):
+    """Whether there are the many colours of a mesh."""
+    return is_coloured(pixels) and len(np.unique((pixels // 16).reshape(-1, 3), axis=0)) > 40
 
 
 def wait_for_view(page, ready, act=lambda: None):
@@ -74,6 +79,21 @@ def run(page, number):
     page.wait_for_selector(f".hg-step-look .hg-done:has-text('shows {number} ·')", state="attached")
 
 
+def opened(browser, address):
+    """A page of another visitor, with its first sample."""
+    page = browser.new_context().new_page()
+    page.set_default_timeout(120_000)
+    page.goto(address)
+    page.wait_for_selector(".hg-side .hg-step-input .hg-done")
+    return page
+
+
+def kernels(server):
+    """Processes of the kernels of a server."""
+    children = psutil.Process(server.pid).children(recursive=True)
+    return {child for child in children if "ipykernel" in " ".join(child.cmdline())}
+
+
 def upload(page, path):
     page.locator(".hg-drop input").set_input_files(path)
 
@@ -115,6 +135,23 @@ def test_every_control_has_a_name(page):
            .map(e => e.outerHTML.slice(0, 200))"""
     )
     assert unnamed == []
+
+
+def test_every_control_explains_itself_on_hover(page):
+    page.get_by_role("button", name="More choices").click()
+    page.get_by_label("Heart", exact=True).wait_for()
+    silent = page.evaluate(
+        """() => [...document.querySelectorAll(
+             '.hg-side button, .hg-side select, .hg-side input, .hg-side [role=slider]')]
+           .filter(e => e.getClientRects().length && !e.closest('.hg-drop'))
+           .filter(e => !e.closest('[title]:not([title=""])')
+             && !e.closest('.widget-inline-hbox, .jupyter-widgets')
+                  ?.querySelector('[title]:not([title=""])')
+)
+           .map(e => e.outerHTML.slice(0, 200))"""
+    )
+    page.get_by_role("button", name="Fewer choices").click()
+    assert silent == []
 
 
 def test_page_can_be_walked_by_keyboard(page):
@@ -176,6 +213,41 @@ def test_stage_and_cut_change_the_view(ran):
     choose(ran, "Colour by", "Error")
 
 
+def test_fields_are_seen(ran):
+    before = view(ran)
+    choose(ran, "Colour by", "AHA segment")
+    ran.wait_for_selector(".hg-scale:has-text('AHA segment')")
+    segments = wait_for_other(ran, before)
+    choose(ran, "Lines", "Fibres")
+    wait_for_other(ran, segments)
+    choose(ran, "Lines", "Element edges")
+    choose(ran, "Colour by", "Error")
+
+
+def test_view_that_is_opened_early_shows_the_mask(browser, address):
+    page = opened(browser, address)
+    page.get_by_role("button", name="4 Look").click()
+    page.wait_for_selector(".hg-frame")
+    wait_for_view(page, is_coloured)
+    page.close()
+
+
+def test_a_visitor_whose_kernel_is_killed_is_told_and_harms_nobody_else(ran, browser, server):
+    process, address = server
+    before = kernels(process)
+    page = opened(browser, address)
+    (kernel,) = kernels(process) - before
+    kernel.kill()
+    page.wait_for_selector(".hg-gone:visible")
+    assert "has ended" in page.locator(".hg-gone").inner_text()
+    page.close()
+    shown = view(ran)
+    choose(ran, "Colour by", "Quality Q")
+    wait_for_other(ran, shown)
+    choose(ran, "Colour by", "Error")
+    assert not ran.locator(".hg-gone").is_visible()
+
+
 def test_a_wrong_file_gets_a_sentence_and_the_page_goes_on(ran, tmp_path):
     wrong = tmp_path / "notes.nii.gz"
     wrong.write_text("no image at all")
@@ -208,6 +280,16 @@ def test_levels_are_compared_and_a_point_loads_its_mesh(ran, coarse):
     ran.locator(".hg-point").nth(1).focus()
     ran.keyboard.press("Enter")
     ran.wait_for_selector(".hg-verdict:has-text('LoD 2')")
+
+
+def test_python_lines_are_copied(ran):
+    ran.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    ran.get_by_role("button", name="6 Take away").click()
+    ran.get_by_role("button", name="Copy", exact=True).click()
+    ran.wait_for_selector(".hg-copy:has-text('Copied')")
+    copied = ran.evaluate("() => navigator.clipboard.readText()")
+    assert copied.startswith("import heartgen")
+    assert "lod=2" in copied
 
 
 def test_download_is_read_by_others(ran, tmp_path):

@@ -32,7 +32,12 @@ COLOURS = (
     ("Wall thickness", "thickness"),
 )
 LINES = (("Element edges", "edges"), ("Fibres", "fibres"), ("None", "off"))
-MASKS = (("Where it differs", "misfit"), ("All of it", "whole"), ("Hidden", "off"))
+MASKS = (
+    ("Where it differs", "misfit"),
+    ("All of it", "whole"),
+    ("Contours in its slices", "slices"),
+    ("Hidden", "off"),
+)
 CUTS = (
     ("No cut", "off"),
     ("Long axis, 1", "x"),
@@ -61,7 +66,12 @@ class LookPanel:
         self.limit = choose(
             LIMITS, 0.0, "Scale ends at", "Distance at the end of the error's colour scale"
         )
-        self.mask = choose(MASKS, "misfit", "Mask", "The mask's surface, translucent")
+        self.mask = choose(
+            _masks(False),
+            "misfit",
+            "Mask",
+            "The mask's surface, translucent, or of a stack the contours in its slices",
+        )
         self.cut = choose(CUTS, "off", "Cut", "Cut the heart open along one of its axes")
         self.position = row(
             "At",
@@ -134,10 +144,22 @@ class LookPanel:
         """Have the scene made in the thread, then show it."""
         self._enable()
         session = self.session
+        if session.anatomy is not None:
+            self._offer(_masks(session.anatomy.slices is not None))
         if self.view is None or session.anatomy is None:
             return
         self._ask += 1
         self._pool.submit(self._make, self._ask, session.shown, session.anatomy, self._wanted())
+
+    def _offer(self, masks: tuple[tuple[str, str], ...]) -> None:
+        """Ways to show the mask that suit the case; of a stack, its contours at first."""
+        if tuple(self.mask.options) == masks:
+            return
+        keys = [key for _, key in masks]
+        chosen = self.mask.value if self.mask.value in keys else "misfit"
+        with self.mask.hold_trait_notifications():
+            self.mask.options = masks
+            self.mask.value = "slices" if "slices" in keys else chosen
 
     def _wanted(self) -> dict[str, Any]:
         """What the controls ask for."""
@@ -173,6 +195,11 @@ class LookPanel:
         self.view.show(scene, reset=case is not self._case)
         self._case = case
         self.key.value = key_html(scene.painted, self.mask.value != "off")
+
+
+def _masks(stack: bool) -> tuple[tuple[str, str], ...]:
+    """Ways to show the mask: contours are those of a stack."""
+    return tuple((title, key) for title, key in MASKS if stack or key != "slices")
 
 
 def key_html(painted: Any, mask: bool) -> str:

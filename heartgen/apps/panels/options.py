@@ -17,7 +17,7 @@ from heartgen.apps.choices import (
     Kind,
 )
 from heartgen.apps.costs import n_elements
-from heartgen.apps.parts import choose, classed, head, row, seconds, text
+from heartgen.apps.parts import button, choose, classed, head, row, seconds, text
 from heartgen.apps.session import Session
 from heartgen.errors import HeartgenError
 
@@ -115,30 +115,46 @@ class OptionsPanel:
             link((c, name), (control, "value"))
         c.observe(self._draw)
         session.observe(self._draw, ["cost_revision", "anatomy", "outcomes", "case"])
-        more = widgets.Accordion(
-            [
-                widgets.VBox(
-                    [
-                        self.ventricles,
-                        self.default_elements,
-                        self.numbers_box,
-                        self.truncation,
-                        self.distance,
-                        self.quality,
-                        self.enhance,
-                        self.refine,
-                        *self.kinds,
-                    ]
-                )
-            ]
+        self.rest = classed(
+            widgets.VBox(
+                [
+                    self.ventricles,
+                    self.default_elements,
+                    self.numbers_box,
+                    self.truncation,
+                    self.distance,
+                    self.quality,
+                    self.enhance,
+                    self.refine,
+                    *self.kinds,
+                ]
+            ),
+            "hg-rest",
         )
-        more.set_title(0, "More choices")
-        self.more = classed(more, "hg-more")
+        self.more = button("", "Heart, elements, base, quality, steps, apex, basis", self._unfold)
+        classed(self.more, "hg-more")
+        self._unfolded = True
+        self._unfold()
         self.widget = classed(
-            widgets.VBox([head(session, "choices"), self.lod, self.level_note, more, self.cost]),
+            widgets.VBox(
+                [
+                    head(session, "choices"),
+                    self.lod,
+                    self.level_note,
+                    self.more,
+                    self.rest,
+                    self.cost,
+                ]
+            ),
             "hg-card",
         )
         self._draw()
+
+    def _unfold(self) -> None:
+        """Show or hide the choices that most runs leave alone."""
+        self._unfolded = not self._unfolded
+        self.rest.layout.display = "" if self._unfolded else "none"
+        self.more.description = "▾ Fewer choices" if self._unfolded else "▸ More choices"
 
     def _kind(self, label: str, kinds: tuple[Kind, ...], name: str) -> Any:
         """A list where there is a choice, a line where there is none yet."""
