@@ -17,7 +17,7 @@ from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.enhancement import enhance
 from heartgen.errors import InputError
 from heartgen.fields import FIELDS, FibreRule, clinical_indices, make_fields
-from heartgen.formats import file_name, write_mesh, write_text
+from heartgen.formats import cells_of, file_name, write_mesh, write_text
 from heartgen.images import Finding, Mask
 from heartgen.mesh import HexMesh, MeshField
 from heartgen.mesh.hermite import RIM
@@ -84,6 +84,7 @@ class Personalization:
         formats: tuple[str, ...] = ("exf", "vtu"),
         fields: Iterable[str | MeshField] = tuple(FIELDS),
         rule: FibreRule | None = None,
+        cells: str | None = None,
     ) -> list[Path]:
         """Write the mesh and its report; each file appears whole or not at all.
 
@@ -98,6 +99,8 @@ class Personalization:
             `heartgen.fields.FIELDS`, of which all are written if omitted, or fields of your own.
         rule : FibreRule, optional
             Angles of the fibres.
+        cells : {"hex8", "hex20", "hex27", "tet4", "tet10"}, optional
+            Cells for the formats of simple cells; the usual ones of each if omitted.
 
         Returns
         -------
@@ -110,7 +113,8 @@ class Personalization:
         paths: list[Path] = []
         for name in formats:
             path = folder / file_name("mesh", name)
-            paths += write_mesh(self.mesh, path, (*made, *own), name).files
+            wanted = cells_of(name, cells)
+            paths += write_mesh(self.mesh, path, (*made, *own), name, wanted).files
         write_text(self.report.to_json() + "\n", folder / "report.json")
         return [*paths, folder / "report.json"]
 

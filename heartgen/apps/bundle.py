@@ -33,6 +33,7 @@ def make_bundle(
     report: bool = True,
     figures: bool = True,
     levels: Iterable[Outcome] = (),
+    cells: str | None = None,
 ) -> tuple[str, bytes]:
     """Put a result into a zip archive.
 
@@ -47,6 +48,8 @@ def make_bundle(
         Add pictures.
     levels : iterable of Outcome
         Other levels of detail of the case, for the picture that compares them.
+    cells : {"hex8", "hex20", "hex27", "tet4", "tet10"}, optional
+        Cells for the formats of simple cells; the usual ones of each if omitted.
 
     Returns
     -------
@@ -65,7 +68,7 @@ def make_bundle(
     stem = f"heartgen-{_plain(outcome.case.name)}-lod{outcome.lod}"
     with TemporaryDirectory(prefix="heartgen-") as place:
         folder = Path(place)
-        result.write(folder, tuple(formats))
+        result.write(folder, tuple(formats), cells=cells)
         (folder / "reproduce.py").write_text(reproduce(outcome) + "\n", encoding="utf-8")
         if report:
             from heartgen.viewing import view_html

@@ -34,6 +34,16 @@ BASES = (
     Kind("lagrange", "Cubic Lagrange", "positions on a lattice in each element; the same shape."),
 )
 
+INSERTIONS = (
+    Kind("rounded", "Rounded", "Follows the anatomy around the right apex."),
+    Kind("squared", "Squared", "Stays as square as the elements like it, as in the paper."),
+)
+
+INTERIORS = (
+    Kind("straight", "Straight", "Straight lines across the wall, as in the paper."),
+    Kind("relaxed", "Relaxed", "They bend for better elements; the surfaces stay."),
+)
+
 VENTRICLES = {
     "auto": "Found by itself",
     "lv": "Left ventricle",
@@ -73,7 +83,7 @@ class Choices(HasTraits):
     quality : float
         Weight of quality against accuracy.
     enhance, refine : bool
-    topology, basis : str
+    topology, insertion, interior, basis : str
     """
 
     lod = Int(1, min=1, max=5)
@@ -88,6 +98,8 @@ class Choices(HasTraits):
     enhance = Bool(True)
     refine = Bool(True)
     topology = Unicode(TOPOLOGIES[0].key)
+    insertion = Unicode(INSERTIONS[0].key)
+    interior = Unicode(INTERIORS[0].key)
     basis = Unicode(BASES[0].key)
 
     def options(self) -> Options:
@@ -103,6 +115,8 @@ class Choices(HasTraits):
             truncate=cast("Any", truncate),
             enhance=bool(self.enhance),
             apex=cast("Any", self.topology),
+            insertion=cast("Any", self.insertion),
+            interior=cast("Any", self.interior if self.refine else INTERIORS[0].key),
             basis=cast("Any", self.basis),
         )
 

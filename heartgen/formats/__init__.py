@@ -6,7 +6,7 @@ from heartgen.formats.exf import write_exf
 from heartgen.formats.files import Written, replacing, write_text
 from heartgen.formats.reading import READERS, convert, read_mesh, read_mesh_file
 from heartgen.formats.resampling import Resampling
-from heartgen.formats.table import FORMATS, Format, file_name, write_mesh
+from heartgen.formats.table import FORMATS, Format, cells_of, file_name, write_mesh
 from heartgen.formats.vtu import write_vtu
 
 __all__ = [
@@ -16,6 +16,7 @@ __all__ = [
     "MeshFile",
     "Resampling",
     "Written",
+    "cells_of",
     "convert",
     "file_name",
     "read_mesh",

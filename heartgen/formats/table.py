@@ -213,6 +213,14 @@ def resampling_for(
     return Resampling(cells or chosen.write.usual.kind, pieces or (0, 0, 0))
 
 
+def cells_of(name: str, kind: str | None) -> Resampling | None:
+    """Cells of a kind, if one is given, where a format by its name leaves the choice; else None."""
+    chosen = _named(name).write
+    if kind is None or not isinstance(chosen, CellFormat) or chosen.only_surfaces:
+        return None
+    return Resampling(kind)
+
+
 def _ends(path: str | Path, format: Format) -> bool:
     """Whether a file name ends as files of a format do."""
     return format.ending == Path(path).suffix.lower()

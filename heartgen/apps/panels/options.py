@@ -9,6 +9,8 @@ from traitlets import link
 
 from heartgen.apps.choices import (
     BASES,
+    INSERTIONS,
+    INTERIORS,
     LEVELS,
     MOST_ELEMENTS,
     TOPOLOGIES,
@@ -93,13 +95,10 @@ class OptionsPanel:
         self.enhance = classed(widgets.Checkbox(c.enhance, indent=False), "hg-row")
         self.enhance.description = "Straighten across the wall"
         self.enhance.tooltip = "The paper's fourth step: better elements, surfaces unmoved"
-        self.kinds = [
-            self._kind(label, kinds, name)
-            for label, kinds, name in (
-                ("Apex", TOPOLOGIES, "topology"),
-                ("Basis", BASES, "basis"),
-            )
-        ]
+        self.apex = self._kind("Apex", TOPOLOGIES, "topology")
+        self.insertion = self._kind("RV insertion", INSERTIONS, "insertion")
+        self.interior = self._kind("Wall's inside", INTERIORS, "interior")
+        self.basis = self._kind("Basis", BASES, "basis")
         self.cost = text("", "hg-cost")
         for name, control in {
             "lod": self.lod,
@@ -126,7 +125,10 @@ class OptionsPanel:
                     self.quality,
                     self.enhance,
                     self.refine,
-                    *self.kinds,
+                    self.apex,
+                    self.insertion,
+                    self.interior,
+                    self.basis,
                 ]
             ),
             "hg-rest",
@@ -157,13 +159,7 @@ class OptionsPanel:
         self.more.description = "▾ Fewer choices" if self._unfolded else "▸ More choices"
 
     def _kind(self, label: str, kinds: tuple[Kind, ...], name: str) -> Any:
-        """A list where there is a choice, a line where there is none yet."""
-        if len(kinds) == 1:
-            return text(
-                f'<span class="hg-label">{label}</span>'
-                f'<span title="{kinds[0].explanation}">{kinds[0].title}</span>',
-                "hg-fact",
-            )
+        """A list of kinds."""
         tip = " ".join(f"{kind.title}: {kind.explanation}" for kind in kinds)
         made = choose([(k.title, k.key) for k in kinds], kinds[0].key, label, tip)
         link((self.session.choices, name), (made, "value"))
@@ -175,7 +171,8 @@ class OptionsPanel:
         self.level_note.value = LEVELS[c.lod] or "&nbsp;"
         self.numbers_box.layout.display = "none" if c.default_elements else ""
         self.distance.layout.display = "" if c.truncation == "distance" else "none"
-        self.quality.disabled = not c.refine
+        for control in (self.quality, self.insertion, self.interior):
+            control.disabled = not c.refine
         try:
             expected = seconds(self.session.expected_seconds())
             count = n_elements(c.options(), self.session.both)

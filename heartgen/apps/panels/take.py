@@ -8,13 +8,23 @@ from typing import Any
 
 import ipywidgets as widgets
 
-from heartgen.apps.parts import classed, head, text
+from heartgen.apps.parts import choose, classed, head, text
 from heartgen.apps.session import Session, siblings
 from heartgen.apps.transfer import MEGABYTE, Copy, Download
 from heartgen.errors import HeartgenError
 
 TICKED = ("exf", "vtu")
 """Mesh formats that are in the zip unless they are not wanted."""
+
+CELLS = (
+    ("the usual of each", None),
+    ("hexahedra of 8 nodes", "hex8"),
+    ("hexahedra of 20 nodes", "hex20"),
+    ("hexahedra of 27 nodes", "hex27"),
+    ("tetrahedra of 4 nodes", "tet4"),
+    ("tetrahedra of 10 nodes", "tet10"),
+)
+"""Cells of the formats that do not hold the mesh itself."""
 
 ALWAYS = "Always: report.json, manifest.json (options, versions, hashes), reproduce.py"
 
@@ -27,6 +37,12 @@ class TakePanel:
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="heartgen-zip")
         self.formats: dict[str, Any] = {}
         self.boxes = widgets.VBox([])
+        self.cells = choose(
+            CELLS,
+            None,
+            "Simple cells",
+            "Into what the mesh is cut for the formats that are not marked exact; not for surfaces",
+        )
         self.report = _check("Report: a page with the 3-D view, opens anywhere", "Add report.html")
         self.figures = _check("Pictures: slices, histograms, mesh", "Add pictures as PNG")
         self.download = Download(
@@ -48,6 +64,7 @@ class TakePanel:
                                         [
                                             text("<h3>Mesh</h3>"),
                                             self.boxes,
+                                            self.cells,
                                             text("<h3>With it</h3>"),
                                             self.report,
                                             self.figures,
@@ -93,12 +110,16 @@ class TakePanel:
         """Make the archive in a thread."""
         shown = self.session.shown
         formats = [name for name, box in self.formats.items() if box.value]
-        wanted = {"report": self.report.value, "figures": self.figures.value}
+        wanted = {
+            "report": self.report.value,
+            "figures": self.figures.value,
+            "cells": self.cells.value,
+        }
         levels = siblings(self.session, shown)
         self.note.value = "Making the archive …"
         self._pool.submit(self._work, shown, formats, wanted, levels)
 
-    def _work(self, shown: Any, formats: list[str], wanted: dict[str, bool], levels: Any) -> None:
+    def _work(self, shown: Any, formats: list[str], wanted: dict[str, Any], levels: Any) -> None:
         from heartgen.apps.bundle import make_bundle
 
         try:
