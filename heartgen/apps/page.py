@@ -12,6 +12,7 @@ import ipywidgets as widgets
 
 from heartgen import __version__
 from heartgen.apps.cases import sample_choices
+from heartgen.apps.hints import hints
 from heartgen.apps.panels.judge import JudgePanel
 from heartgen.apps.panels.look import LookPanel
 from heartgen.apps.panels.options import OptionsPanel
@@ -108,6 +109,7 @@ class Page:
                         "hg-body",
                     ),
                     Pulse(),
+                    hints(),
                     text(FOOTER, "hg-footer"),
                 ]
             ),

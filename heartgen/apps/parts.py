@@ -9,6 +9,7 @@ from typing import Any
 
 import ipywidgets as widgets
 
+from heartgen.apps.hints import explained
 from heartgen.apps.session import Session
 from heartgen.apps.steps import STEPS, StepState
 
@@ -73,8 +74,7 @@ def row(label: str, control: Any, tooltip: str) -> Any:
     The label is the widget's own description, which the browser ties to the control.
     """
     control.description = label
-    control.tooltip = tooltip
-    return classed(control, "hg-row")
+    return classed(explained(control, tooltip), "hg-row")
 
 
 def button(title: str, tooltip: str, do: Callable[[], Any], classes: str = "") -> widgets.Button:

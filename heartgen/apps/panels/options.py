@@ -44,11 +44,10 @@ class OptionsPanel:
             "What the mask shows; heartgen finds out by itself",
         )
         self.default_elements = row(
-            "Elements",
+            "Usual numbers of elements",
             widgets.Checkbox(c.default_elements, indent=False),
             "1×12×6 for a left ventricle (as in the paper), 2×12×8 for both (the paper has 2×9×8)",
         )
-        self.default_elements.description = "Usual numbers of elements"
         self.numbers = {
             name: row(
                 label,
@@ -89,12 +88,16 @@ class OptionsPanel:
             ),
             "Weight of element quality against accuracy in the refinement; 1 is the level's own",
         )
-        self.refine = classed(widgets.Checkbox(c.refine, indent=False), "hg-row")
-        self.refine.description = "Refine beyond the paper"
-        self.refine.tooltip = "Without it, heartgen stops after the paper's four steps"
-        self.enhance = classed(widgets.Checkbox(c.enhance, indent=False), "hg-row")
-        self.enhance.description = "Straighten across the wall"
-        self.enhance.tooltip = "The paper's fourth step: better elements, surfaces unmoved"
+        self.refine = row(
+            "Refine beyond the paper",
+            widgets.Checkbox(c.refine, indent=False),
+            "Without it, heartgen stops after the paper's four steps",
+        )
+        self.enhance = row(
+            "Straighten across the wall",
+            widgets.Checkbox(c.enhance, indent=False),
+            "The paper's fourth step: better elements, surfaces unmoved",
+        )
         self.apex = self._kind("Apex", TOPOLOGIES, "topology")
         self.insertion = self._kind("RV insertion", INSERTIONS, "insertion")
         self.interior = self._kind("Wall's inside", INTERIORS, "interior")

@@ -8,7 +8,7 @@ from typing import Any
 
 import ipywidgets as widgets
 
-from heartgen.apps.parts import choose, classed, head, text
+from heartgen.apps.parts import choose, classed, head, row, text
 from heartgen.apps.session import Session, siblings
 from heartgen.apps.transfer import MEGABYTE, Copy, Download
 from heartgen.errors import HeartgenError
@@ -155,5 +155,4 @@ def _format_boxes() -> dict[str, Any]:
 
 def _check(title: str, tooltip: str, ticked: bool = True) -> Any:
     """A box to tick."""
-    box = widgets.Checkbox(ticked, indent=False, description=title, tooltip=tooltip)
-    return classed(box, "hg-row hg-wide")
+    return classed(row(title, widgets.Checkbox(ticked, indent=False), tooltip), "hg-wide")
