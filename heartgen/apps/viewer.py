@@ -28,6 +28,10 @@ PROXY_VARIABLES = ("PYVISTA_TRAME_SERVER_PROXY_PREFIX", "JUPYTERHUB_SERVICE_PREF
 ALTERNATIVE = "HEARTGEN_VIEW"
 """Set to ``html`` to do without a port."""
 
+SENDINGS = (1, 3, 9)
+"""Times after which a browser that has just opened the view gets all again, over what a page needs
+to settle: a busy one is not ready when it says so."""
+
 PARTS = ("mesh", "edges", "mask")
 
 HINT = "drag: turn · wheel: zoom · shift + drag: select · alt + drag: move"
@@ -105,7 +109,8 @@ class HeartView:
         if self._view is not None:
             self._view.update()
             self._view.push_camera()
-            asyncio.get_running_loop().call_later(SETTLING, self._view.update)
+            for wait in SENDINGS:
+                asyncio.get_running_loop().call_later(wait * SETTLING, self._view.update)
 
     def close(self) -> None:
         """Let go of the scene."""
