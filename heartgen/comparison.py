@@ -40,7 +40,7 @@ class Comparison:
     strains : tuple of Strains or None
         Of each state against the diastole; None where elements do not correspond.
     notes : tuple of str
-        Why strains are missing.
+        Why strains are missing, or of part of the wall only.
     """
 
     names: tuple[str, ...]
@@ -127,12 +127,18 @@ def compare(
 def _strains(
     meshes: Sequence[HexMesh], names: Sequence[str], reference: int
 ) -> tuple[tuple[Strains | None, ...], tuple[str, ...]]:
-    """Strains of all meshes against one of them, and why some are missing."""
+    """Strains of all meshes against one of them, and why some are missing or not of all."""
     strains: list[Strains | None] = []
     notes = []
     for mesh, name in zip(meshes, names, strict=True):
         try:
-            strains.append(global_strains(meshes[reference], mesh))
+            found = global_strains(meshes[reference], mesh)
+            strains.append(found)
+            if not found.whole:
+                notes.append(
+                    f"{name}: strains of {found.share:.0%} of the wall: the right ventricle begins "
+                    f"at other elements than in {names[reference]}"
+                )
         except MeshError as error:
             strains.append(None)
             notes.append(f"{name}: no strains against {names[reference]}: {error}")

@@ -9,8 +9,12 @@ import pytest
 
 import heartgen
 from benchmarks.solids import cut_volume, ellipsoid
+from heartgen import samples
+from heartgen.anatomy import analyse
 from heartgen.errors import InputError
+from heartgen.fields import global_strains
 from heartgen.mesh import HexMesh
+from heartgen.templates import biventricular_template
 
 RELAXED, SQUEEZED = (22.0, 60.0, 10.0, 20.0), (15.0, 52.0, 14.0, 17.0)
 ELEMENTS = (1, 12, 6)
@@ -69,3 +73,31 @@ def test_it_is_plain_data(beat: list[HexMesh]) -> None:
 def test_one_mesh_is_no_comparison(beat: list[HexMesh], names) -> None:
     with pytest.raises(InputError, match="give at least two meshes"):
         heartgen.compare(beat[:1], names)
+
+
+@pytest.fixture(scope="module")
+def both() -> list[HexMesh]:
+    """Both ventricles of two hearts that differ in how far down the right one reaches."""
+    hearts = (samples.biv(2.5, rv_apex=height).mask for height in (12.0, 18.0))
+    return [biventricular_template(analyse(mask, "auto", "biv"), (2, 12, 8)) for mask in hearts]
+
+
+def test_strains_are_of_the_wall_that_corresponds(both: list[HexMesh]) -> None:
+    one, other = both
+    first = [mesh.topology.index[mesh.topology.parts["septum"], 2].min() for mesh in both]
+    assert first[0] != first[1]
+    found = global_strains(one, other)
+    assert 0.9 < found.share < 0.99
+    assert global_strains(one, one).whole
+    smaller = global_strains(one, other.transformed(np.diag([0.9, 0.9, 0.9, 1.0])))
+    for name in ("longitudinal", "circumferential", "radial"):
+        assert 1 + getattr(smaller, name) == pytest.approx(0.9 * (1 + getattr(found, name)))
+        assert abs(getattr(found, name)) < 0.1  # the left ventricle is the same
+
+
+def test_it_says_of_how_much_of_the_wall_they_are(both: list[HexMesh]) -> None:
+    smaller = both[1].transformed(np.diag([0.8, 0.8, 0.8, 1.0]))
+    found = heartgen.compare([both[0], smaller], ["large", "small"])
+    (note,) = found.notes
+    assert note.startswith(f"small: strains of {found.strains[1].share:.0%} of the wall: ")
+    assert found.rv_ejection_fraction == pytest.approx(1 - 0.8**3, abs=0.1)

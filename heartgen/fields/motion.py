@@ -19,8 +19,11 @@ GAUSS = 4
 """Points per direction at which strains are averaged."""
 
 
-RIGHT = ("septum", "right ventricle")
+SEPTUM, RIGHT = "septum", "right ventricle"
 """Parts that tell where the wall opens into the right ventricle."""
+
+WHOLE = 1 - 1e-9
+"""Share of the wall, but for rounding, from which on strains are those of all of it."""
 
 
 @dataclass(frozen=True)
@@ -31,11 +34,20 @@ class Strains:
     ----------
     longitudinal, circumferential, radial : float
         Along the directions of the wall before; negative where it shortens.
+    share : float
+        Of the wall's volume whose elements correspond. The right ventricle may begin one row of
+        elements higher or lower in the other mesh.
     """
 
     longitudinal: float
     circumferential: float
     radial: float
+    share: float = 1.0
+
+    @property
+    def whole(self) -> bool:
+        """Whether all of the wall corresponds."""
+        return self.share > WHOLE
 
 
 def global_strains(before: HexMesh, after: HexMesh) -> Strains:
@@ -48,7 +60,7 @@ def global_strains(before: HexMesh, after: HexMesh) -> Strains:
     Parameters
     ----------
     before, after : HexMesh
-        Of the same topology.
+        Of the same elements; if they have both ventricles, the right one between the same columns.
 
     Returns
     -------
@@ -59,23 +71,31 @@ def global_strains(before: HexMesh, after: HexMesh) -> Strains:
     MeshError
         If their elements do not correspond.
     """
-    if not corresponding(before, after):
-        raise MeshError(
-            "strains need meshes whose elements correspond, and these have different numbers of "
-            "elements, or the right ventricle begins at different ones"
-        )
+    wall, both = _wall(before, after)
     xi, weights = gauss_cube((GAUSS,) * 3)
     gradient = after.gradient(xi) @ np.linalg.inv(before.gradient(xi))
     stretch = np.linalg.norm(gradient @ frames_at(before, xi), axis=-2)
-    share = np.abs(determinants(before, xi)) * weights
-    share[before.topology.parts.get("right ventricle", [])] = 0
+    volume = np.abs(determinants(before, xi)) * weights
+    share = np.where(both[:, None], volume, 0)
     around, along, across = np.einsum("eqd,eq->d", stretch, share) / share.sum() - 1
-    return Strains(float(along), float(around), float(across))
+    of_wall = float(share.sum() / volume[wall].sum())
+    return Strains(float(along), float(around), float(across), of_wall)
 
 
-def corresponding(one: HexMesh, other: HexMesh) -> bool:
-    """Whether two meshes have the same elements in the same places and parts."""
+def _wall(one: HexMesh, other: HexMesh) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Elements (e,) of the left ventricle's wall in the first mesh, and those of it in both.
+
+    Those count that are septum in both or in neither: only these reach as deep in both.
+    """
     a, b = one.topology, other.topology
-    return np.array_equal(a.index, b.index) and all(
-        np.array_equal(a.parts.get(name, []), b.parts.get(name, [])) for name in RIGHT
+    columns = [set(mesh.index[mesh.parts.get(SEPTUM, []), 1].tolist()) for mesh in (a, b)]
+    if not np.array_equal(a.index, b.index) or columns[0] != columns[1]:
+        raise MeshError(
+            "strains need meshes whose elements correspond, and these have different numbers of "
+            "elements, or the right ventricle lies between different ones"
+        )
+    septum, right = (
+        [np.isin(np.arange(mesh.n_elements), mesh.parts.get(part, [])) for mesh in (a, b)]
+        for part in (SEPTUM, RIGHT)
     )
+    return ~right[0], ~right[0] & ~right[1] & (septum[0] == septum[1])
