@@ -28,11 +28,11 @@ CUTS = ("base", "apex")
 FROM_CUT = 1.0
 """Voxels from a cut at which the other surfaces' points begin: what lies closer is its rim."""
 
-INTERPOLATED = 0.02
+INTERPOLATED = 0.2
 """Weight of what was interpolated between slices against what the slices show."""
 
 NEAR = 0.15
-"""Distance from a slice, over that between slices, at which images are hardly interpolated."""
+"""Distance from a slice, over that between slices, at which images count less."""
 
 
 @dataclass(frozen=True)

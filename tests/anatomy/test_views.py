@@ -67,7 +67,7 @@ def test_long_axes_tell_where_the_apex_is(stack: Mask, views: list[Mask]) -> Non
         low = result.anatomy.to_heart(points)[:, 2] < -0.75 * result.anatomy.length
         errors.append(np.average(truth.distance(points[low], "epi"), weights=area[low]))
         assert result.report.quality.valid
-    assert errors[1] < 0.85 * errors[0]
+    assert errors[1] < 0.95 * errors[0]
 
 
 def test_a_view_of_something_else_is_refused(stack: Mask, views: list[Mask]) -> None:
