@@ -66,7 +66,7 @@ def meshes(
             f"... without {left_out}",
             refine(paper.mesh, patient, replace(full, **{left_out: 0.0})),
         )
-    yield "... base like the rest", refine(paper.mesh, patient, replace(full, base=1.0))
+    yield "... base like the rest", refine(paper.mesh, patient, replace(full, cut=1.0))
     for steps in (2, 5, 20):
         yield f"... {steps} steps", refine(paper.mesh, patient, full, steps=steps)
 

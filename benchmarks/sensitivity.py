@@ -24,7 +24,7 @@ from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.errors import HeartgenError
 from heartgen.refinement import Weights, patient_of, refine, weights_for
 
-WEIGHTS = ("spread", "shear", "bending", "drift", "base")
+WEIGHTS = ("spread", "shear", "bending", "drift", "cut")
 SCALED = WEIGHTS[:4]
 """Weights against the distances in units of their scale."""
 
