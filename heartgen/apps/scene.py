@@ -62,6 +62,9 @@ MASK_VIEWS = {
 CONTOUR_RADIUS = 1.5
 """Of the contours, over that of the edges."""
 
+GIVEN = "#8a94a0"
+"""Colour of contours where a slice was before it was moved."""
+
 OVERLAP = 1.2
 """Length of the pieces of a contour, over what each stands for: they join."""
 
@@ -129,10 +132,7 @@ def mask_scene(anatomy: Anatomy) -> Scene:
     surface = _placed(mask_surface(anatomy.myocardium, MAX_TRIANGLES), anatomy)
     opacity = ALONE_OPACITY if anatomy.slices is None else WHOLE_OPACITY
     surface.point_data["rgba"] = _rgba(MASK, np.full(surface.n_points, opacity))
-    contours = _contours(anatomy)
-    if contours.n_points > 0:
-        contours.point_data["rgba"] = _rgba(DARK, np.ones(contours.n_points))
-    return Scene(pv.PolyData(), contours, surface, None)
+    return Scene(pv.PolyData(), _both_contours(anatomy, DARK), surface, None)
 
 
 def mesh_scene(outcome: Outcome, view: View) -> Scene:
@@ -198,7 +198,7 @@ def _drawn(outcome: Outcome, key: str) -> _Drawn:
         edges=edges,
         mask=_placed(mask, anatomy),
         misfit=misfit,
-        contours=_contours(anatomy),
+        contours=_both_contours(anatomy, MASK),
         grid=_placed(grid, anatomy),
         patch=patch,
     )
@@ -237,16 +237,32 @@ def _fibres(drawn: _Drawn) -> pv.PolyData:
     return _placed(_tubes(ends), anatomy)
 
 
-def _contours(anatomy: Anatomy) -> pv.PolyData:
-    """What the slices of a stack show of the wall, in pieces of contours, heart frame."""
+def _contours(anatomy: Anatomy, given: bool = False) -> pv.PolyData:
+    """What the slices of a stack show of the wall, in pieces of contours, heart frame.
+
+    They are where the slices were moved, or, if `given`, where they were before.
+    """
     if anatomy.slices is None:
         return pv.PolyData()
-    outline, normal = anatomy.slices.outline, anatomy.slices.normal
-    along = np.cross(normal, outline.normals)
+    outline = anatomy.slices.given if given else anatomy.slices.outline
+    along = np.cross(anatomy.slices.normal, outline.normals)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     half = OVERLAP / 2 * (outline.weights / anatomy.slices.distance)[:, None]
     ends = np.stack([outline.points - half * along, outline.points + half * along], axis=1)
     return _placed(_tubes(ends.reshape(-1, 3), CONTOUR_RADIUS), anatomy)
+
+
+def _both_contours(anatomy: Anatomy, colour: str) -> pv.PolyData:
+    """Contours in a colour; where slices were moved, also as they were given, in grey."""
+    shown = _contours(anatomy)
+    if anatomy.slices is None:
+        return shown
+    shown.point_data["rgba"] = _rgba(colour, np.ones(shown.n_points))
+    if anatomy.slices.shifts.any():
+        given = _contours(anatomy, given=True)
+        given.point_data["rgba"] = _rgba(GIVEN, np.ones(given.n_points))
+        shown = shown.append_polydata(given)
+    return shown
 
 
 def _tubes(ends: Array, thickness: float = 1.0) -> pv.PolyData:
@@ -260,12 +276,10 @@ def _tubes(ends: Array, thickness: float = 1.0) -> pv.PolyData:
 
 def _mask(drawn: _Drawn, view: str) -> pv.PolyData:
     """The mask's surface in the wanted opacity."""
-    if view == "off" or (view == "slices" and drawn.contours.n_points == 0):
+    if view == "off":
         return pv.PolyData()
     if view == "slices":
-        contours = drawn.contours.copy(deep=False)
-        contours.point_data["rgba"] = _rgba(MASK, np.ones(contours.n_points))
-        return contours
+        return drawn.contours.copy(deep=False)
     share = np.clip(drawn.misfit / FADE, 0, 1) * MASK_OPACITY
     if view == "whole":
         share = np.full(len(share), WHOLE_OPACITY)

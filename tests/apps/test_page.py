@@ -10,6 +10,7 @@ import pytest
 
 from heartgen.apps import dashboard
 from heartgen.apps.cases import sample_choices
+from heartgen.apps.hints import hints
 from heartgen.apps.panels.judge import THRESHOLD
 from heartgen.apps.transfer import PIECE, Pulse, Upload, safe_name
 from heartgen.assessment import QUALITY_THRESHOLD
@@ -44,8 +45,9 @@ def test_every_control_has_a_name_and_explains_itself(page):
     assert len(controls) > 25
     for control in controls:
         assert control.description, control
-        tooltip = getattr(control, "tooltip", None) or getattr(control, "tooltips", None)
-        assert tooltip, control.description
+        own = getattr(control, "tooltip", None) or getattr(control, "tooltips", None)
+        hint = [hints().hints.get(name) for name in control._dom_classes]
+        assert own or any(hint), control.description
 
 
 def test_panels_draw_a_whole_run(page):

@@ -191,10 +191,13 @@ class LookPanel:
         """On the loop: hand the scene to the view."""
         if ask != self._ask:
             return
-        case = self.session.case
+        session = self.session
+        case = session.case
         self.view.show(scene, reset=case is not self._case)
         self._case = case
-        self.key.value = key_html(scene.painted, self.mask.value != "off")
+        slices = session.anatomy.slices
+        moved = slices is not None and bool(slices.shifts.any()) and self.mask.value == "slices"
+        self.key.value = key_html(scene.painted, self.mask.value != "off", moved)
 
 
 def _masks(stack: bool) -> tuple[tuple[str, str], ...]:
@@ -202,10 +205,13 @@ def _masks(stack: bool) -> tuple[tuple[str, str], ...]:
     return tuple((title, key) for title, key in MASKS if stack or key != "slices")
 
 
-def key_html(painted: Any, mask: bool) -> str:
+def key_html(painted: Any, mask: bool, moved: bool = False) -> str:
     """The key of the colours."""
+    marks = '<span class="hg-class"><i class="hg-mask-mark"></i>mask</span>' if mask else ""
+    if moved:
+        marks += '<span class="hg-class"><i class="hg-given-mark"></i>slices as given</span>'
     if painted is None:
-        return '<span class="hg-class"><i class="hg-mask-mark"></i>mask</span>'
+        return marks
     if painted.scale is not None:
         low, high = painted.scale.limits
         more = " or more" if painted.more else ""
@@ -219,9 +225,7 @@ def key_html(painted: Any, mask: bool) -> str:
             f'<span class="hg-class"><i style="background:{colour}"></i>{name}</span>'
             for colour, name in painted.names
         )
-    if mask:
-        key += '<span class="hg-class"><i class="hg-mask-mark"></i>mask</span>'
-    return key
+    return key + marks
 
 
 def _import_scene() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import ipywidgets as widgets
 
+from heartgen.apps.hints import explained
 from heartgen.apps.parts import classed, text
 from heartgen.apps.session import Session
 
@@ -33,12 +34,14 @@ class SlicesPanel:
         self.images = [widgets.Image(format="png") for _ in range(3)]
         self.titles = [text("", "hg-slice-title") for _ in range(3)]
         self.sliders = [
-            widgets.FloatSlider(
-                description=f"Slice {i + 1}",
-                tooltip="Move the slice through the heart",
-                continuous_update=False,
-                readout_format=".0f",
-                disabled=True,
+            explained(
+                widgets.FloatSlider(
+                    description=f"Slice {i + 1}",
+                    continuous_update=False,
+                    readout_format=".0f",
+                    disabled=True,
+                ),
+                "Move the slice through the heart",
             )
             for i in range(3)
         ]

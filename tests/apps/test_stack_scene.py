@@ -1,0 +1,55 @@
+"""A stack in the 3-D view: its contours, and where its slices were before they were moved."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pyvista")
+
+from heartgen import samples
+from heartgen.anatomy import Anatomy, analyse
+from heartgen.apps.scene import GIVEN, WHOLE_OPACITY, mask_scene
+from heartgen.images import Mask
+
+SPACING = (1.5, 1.5, 8.0)
+
+
+def stack(move: int) -> Mask:
+    """A stack every second of whose slices is moved by so many pixels."""
+    mask = samples.lifelike_lv(SPACING).mask
+    voxels = np.pad(mask.voxels, ((9, 9), (9, 9), (0, 0)))
+    voxels[:, :, ::2] = np.roll(voxels[:, :, ::2], (move, -move), axis=(0, 1))
+    affine = mask.affine.copy()
+    affine[:3, 3] = mask.to_world(np.array([[-9.0, -9.0, 0.0]]))[0]
+    return replace(mask, voxels=voxels, affine=affine)
+
+
+@pytest.fixture(scope="module", params=[0, 3])
+def anatomy(request: pytest.FixtureRequest) -> Anatomy:
+    return analyse(stack(request.param))
+
+
+def test_contours_lie_in_the_slices(anatomy: Anatomy) -> None:
+    assert anatomy.slices is not None
+    scene = mask_scene(anatomy)
+    world = anatomy.to_world(np.asarray(scene.edges.points, dtype=float))
+    assert anatomy.slices.away(world).max() < 0.1 * SPACING[2]
+    assert np.asarray(scene.mask.point_data["rgba"])[0, 3] == round(255 * WHOLE_OPACITY)
+
+
+def test_moved_slices_are_seen_where_they_were(anatomy: Anatomy) -> None:
+    assert anatomy.slices is not None
+    colours = np.asarray(mask_scene(anatomy).edges.point_data["rgba"])
+    grey = np.array([int(GIVEN[k : k + 2], 16) for k in (1, 3, 5)])
+    given = np.all(colours[:, :3] == grey, axis=1)
+    told = any(finding.check == "shifts" for finding in anatomy.findings)
+    assert given.any() == told == bool(anatomy.slices.shifts.any())
+
+
+def test_only_the_moved_stack_is_mended() -> None:
+    assert not np.any(analyse(stack(0)).slices.shifts)
+    back = np.linalg.norm(np.diff(analyse(stack(3)).slices.shifts, axis=0), axis=1)
+    np.testing.assert_allclose(np.median(back), 3 * np.sqrt(2) * SPACING[0], rtol=0.15)
