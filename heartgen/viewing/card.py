@@ -162,14 +162,14 @@ def _clinical(i: Indices) -> tuple[Section, ...]:
         rows[3:3] = [("right free wall", f"{number(i.rv_mass)} g")]
         rows.append(("right over left cavity", f"{i.rv_lv_ratio:.2f}"))
     thickness = [
-        (f"{level}, {segments[0]} to {segments[-1]}", f"{_listed(i, segments)} mm")
+        (f"{level} {segments[0]}–{segments[-1]}", _listed(i, segments))
         for level, segments in LEVELS.items()
     ]
-    thickness.append(("apex, 17", f"{_listed(i, (17,))} mm"))
+    thickness.append(("apex 17", _listed(i, (17,))))
     thickness.append(("counted from", COUNTED_FROM[i.septum]))
     return (
         Section("Clinical indices", tuple(rows)),
-        Section("Wall thickness by AHA segment", tuple(thickness)),
+        Section("Wall thickness by AHA segment (mm)", tuple(thickness)),
     )
 
 

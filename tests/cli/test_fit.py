@@ -101,7 +101,7 @@ def test_indices_are_shown_and_reported(fitted):
     outcome, out = fitted
     indices = json.loads((out / "report.json").read_text())["indices"]
     assert f"{indices['lv_cavity_volume']:.1f} ml" in outcome.stdout
-    assert f"{indices['wall_thickness']['17']:.1f} mm" in outcome.stdout
+    assert f"apex 17 {indices['wall_thickness']['17']:.1f}" in " ".join(outcome.stdout.split())
     assert "the patient's right and front, assumed" in outcome.stdout
 
 
