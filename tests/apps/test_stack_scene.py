@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 
 pytest.importorskip("pyvista")
+pytest.importorskip("ipywidgets")
 
 from heartgen import samples
 from heartgen.anatomy import Anatomy, analyse
+from heartgen.apps.panels.look import LookPanel
 from heartgen.apps.scene import GIVEN, WHOLE_OPACITY, mask_scene
+from heartgen.apps.session import Session
 from heartgen.images import Mask
 
 SPACING = (1.5, 1.5, 8.0)
@@ -53,3 +56,16 @@ def test_only_the_moved_stack_is_mended() -> None:
     assert not np.any(analyse(stack(0)).slices.shifts)
     back = np.linalg.norm(np.diff(analyse(stack(3)).slices.shifts, axis=0), axis=1)
     np.testing.assert_allclose(np.median(back), 3 * np.sqrt(2) * SPACING[0], rtol=0.15)
+
+
+def test_contours_are_offered_where_there_are_slices() -> None:
+    session = Session()
+    panel = LookPanel(session)
+    offered = []
+    for mask in (stack(0), samples.lifelike_lv(3.0).mask):
+        session.anatomy = analyse(mask)
+        offered.append([key for _, key in panel.mask.options])
+        assert panel.mask.value == ("slices" if len(offered) == 1 else "misfit")
+    assert "slices" in offered[0]
+    assert "slices" not in offered[1]
+    session.close()

@@ -157,9 +157,8 @@ class LookPanel:
             return
         keys = [key for _, key in masks]
         chosen = self.mask.value if self.mask.value in keys else "misfit"
-        with self.mask.hold_trait_notifications():
-            self.mask.options = masks
-            self.mask.value = "slices" if "slices" in keys else chosen
+        self.mask.options = masks
+        self.mask.value = "slices" if "slices" in keys else chosen
 
     def _wanted(self) -> dict[str, Any]:
         """What the controls ask for."""

@@ -17,7 +17,7 @@ TICKED = ("exf", "vtu")
 """Mesh formats that are in the zip unless they are not wanted."""
 
 CELLS = (
-    ("the usual of each", None),
+    ("the usual of each", ""),
     ("hexahedra of 8 nodes", "hex8"),
     ("hexahedra of 20 nodes", "hex20"),
     ("hexahedra of 27 nodes", "hex27"),
@@ -39,7 +39,7 @@ class TakePanel:
         self.boxes = widgets.VBox([])
         self.cells = choose(
             CELLS,
-            None,
+            "",
             "Simple cells",
             "Into what the mesh is cut for the formats that are not marked exact; not for surfaces",
         )
@@ -65,19 +65,23 @@ class TakePanel:
                                             text("<h3>Mesh</h3>"),
                                             self.boxes,
                                             self.cells,
-                                            text("<h3>With it</h3>"),
-                                            self.report,
-                                            self.figures,
-                                            text(ALWAYS, "hg-note"),
-                                            self.download,
-                                            self.note,
                                         ]
                                     ),
                                     "hg-take",
                                 ),
                                 classed(
                                     widgets.VBox(
-                                        [text("<h3>The same in Python</h3>"), self.code, self.copy]
+                                        [
+                                            text("<h3>With it</h3>"),
+                                            self.report,
+                                            self.figures,
+                                            text(ALWAYS, "hg-note"),
+                                            self.download,
+                                            self.note,
+                                            text("<h3>The same in Python</h3>"),
+                                            self.code,
+                                            self.copy,
+                                        ]
                                     ),
                                     "hg-python",
                                 ),
@@ -113,7 +117,7 @@ class TakePanel:
         wanted = {
             "report": self.report.value,
             "figures": self.figures.value,
-            "cells": self.cells.value,
+            "cells": self.cells.value or None,
         }
         levels = siblings(self.session, shown)
         self.note.value = "Making the archive …"
