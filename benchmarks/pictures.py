@@ -74,6 +74,7 @@ def walk(
     page.click(RUN)
     page.wait_for_selector(f"{SHOWN}:has-text('stack')")
     page.click(".hg-tab-look")
+    choose(page, "Lines", "Element edges")
     choose(page, "Colour by", "Quality Q")
     take("stack")
     page.close()

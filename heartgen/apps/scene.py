@@ -54,7 +54,7 @@ CACHED = 16
 MASK_VIEWS = {
     "misfit": "Where it differs",
     "whole": "All of it",
-    "slices": "Contours in its slices",
+    "slices": "Its slices",
     "off": "Hidden",
 }
 """The contours are those of a stack; other masks have none."""
@@ -155,6 +155,8 @@ def mesh_scene(outcome: Outcome, view: View) -> Scene:
     mesh.point_data["rgba"] = _opaque(painted.rgb)
     lines = _lines(drawn, view.lines, LIGHT if view.colour == "error" else DARK)
     mask = _mask(drawn, view.mask)
+    if view.mask == "slices" and drawn.contours.n_points > 0:
+        lines = lines.append_polydata(drawn.contours)
     if view.cut != "off":
         plane = _plane(drawn, np.array(CUT_NORMALS[view.cut], dtype=float), view.position)
         mesh = _cut(mesh, plane)
@@ -249,7 +251,8 @@ def _contours(anatomy: Anatomy, given: bool = False) -> pv.PolyData:
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     half = OVERLAP / 2 * (outline.weights / anatomy.slices.distance)[:, None]
     ends = np.stack([outline.points - half * along, outline.points + half * along], axis=1)
-    return _placed(_tubes(ends.reshape(-1, 3), CONTOUR_RADIUS), anatomy)
+    tubes = _tubes(ends.reshape(-1, 3), CONTOUR_RADIUS)
+    return _placed(tubes, anatomy)
 
 
 def _both_contours(anatomy: Anatomy, colour: str) -> pv.PolyData:
@@ -276,10 +279,8 @@ def _tubes(ends: Array, thickness: float = 1.0) -> pv.PolyData:
 
 def _mask(drawn: _Drawn, view: str) -> pv.PolyData:
     """The mask's surface in the wanted opacity."""
-    if view == "off":
+    if view in ("off", "slices"):
         return pv.PolyData()
-    if view == "slices":
-        return drawn.contours.copy(deep=False)
     share = np.clip(drawn.misfit / FADE, 0, 1) * MASK_OPACITY
     if view == "whole":
         share = np.full(len(share), WHOLE_OPACITY)

@@ -35,7 +35,7 @@ LINES = (("Element edges", "edges"), ("Fibres", "fibres"), ("None", "off"))
 MASKS = (
     ("Where it differs", "misfit"),
     ("All of it", "whole"),
-    ("Contours in its slices", "slices"),
+    ("Its slices", "slices"),
     ("Hidden", "off"),
 )
 CUTS = (
