@@ -28,7 +28,7 @@ PROXY_VARIABLES = ("PYVISTA_TRAME_SERVER_PROXY_PREFIX", "JUPYTERHUB_SERVICE_PREF
 ALTERNATIVE = "HEARTGEN_VIEW"
 """Set to ``html`` to do without a port."""
 
-SENDINGS = (1, 3, 9)
+SENDINGS = (1, 3, 9, 27)
 """Times after which a browser that has just opened the view gets all again, over what a page needs
 to settle: a busy one is not ready when it says so."""
 
