@@ -12,6 +12,7 @@ import numpy as np
 import psutil
 import pytest
 
+import heartgen
 from heartgen import samples
 
 SATURATED = 40
@@ -292,6 +293,9 @@ def test_download_is_read_by_others(ran, tmp_path):
     grid = pyvista.read(folder / "mesh.vtu")
     assert grid.n_cells == 72
     assert zinc_elements(folder / "mesh.exf") == 72
+    one, other = (heartgen.read_mesh(folder / name) for name in ("mesh.exf", "mesh.vtu"))
+    xi = np.random.default_rng(0).random((5, 3))
+    np.testing.assert_allclose(one.evaluate(xi), other.evaluate(xi), atol=1e-9)
     assert (folder / "report.html").stat().st_size > 100_000
     assert "heartgen.read_mask('coarse.nii.gz')" in (folder / "reproduce.py").read_text()
 
