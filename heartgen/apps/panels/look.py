@@ -8,6 +8,7 @@ from typing import Any
 
 import ipywidgets as widgets
 
+from heartgen.apps.memory import give_back
 from heartgen.apps.parts import choose, classed, head, row, text
 from heartgen.apps.session import Session
 
@@ -184,6 +185,7 @@ class LookPanel:
             sentence = f"the view cannot be drawn ({type(error).__name__}: {error})"
             self.session.post(lambda: setattr(self.key, "value", sentence))
             return
+        give_back()
         self.session.post(lambda: self._show(ask, scene))
 
     def _show(self, ask: int, scene: Any) -> None:
