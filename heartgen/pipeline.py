@@ -24,7 +24,7 @@ from heartgen.mesh.hermite import RIM
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.validity import certify
 from heartgen.options import HOLE_SHARE, Options, usual_elements
-from heartgen.refinement import patient_of, refine, relax, weights_for
+from heartgen.refinement import patient_of, refine_in_rounds, relax, weights_for
 from heartgen.registration import Deformation, register
 from heartgen.report import Report, measured, slices_of
 from heartgen.templates import biventricular_template, lv_template
@@ -34,12 +34,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     import pyvista
-
-FIRMER = 10.0
-"""Factor by which an element that is not proven valid becomes firmer as the refinement goes on."""
-
-FIRMER_ROUNDS = 6
-"""Rounds in which elements may become firmer."""
 
 Progress = Callable[[str, float], None]
 """Called with the name of the running step and the share of it that is done; raise to cancel."""
@@ -360,10 +354,8 @@ def _refined(
     mesh: HexMesh, anatomy: Anatomy, options: Options, done: Callable[[float], None]
 ) -> tuple[HexMesh, int]:
     """Refined mesh, and how many elements had to become firmer to be valid."""
-    firmness = np.ones(mesh.n_elements)
     if not options.refine:
         return mesh, 0
-    patient = patient_of(anatomy)
     weights = weights_for(
         options.lod,
         options.quality,
@@ -371,16 +363,13 @@ def _refined(
         anatomy.slices is not None,
         options.insertion,
     )
-    anchor = mesh
-    for _ in range(FIRMER_ROUNDS):
-        mesh = refine(mesh, patient, weights, firmness=firmness, anchor=anchor, progress=done)
-        valid = certify(mesh).valid
-        if valid.all():
-            break
-        firmness[~valid] *= FIRMER
-    if options.interior == "relaxed" and valid.all():
+    # Who turns the dial up asks for quality at the cost of accuracy.
+    mesh, firmer, valid = refine_in_rounds(
+        mesh, patient_of(anatomy), weights, options.quality <= 1, done
+    )
+    if options.interior == "relaxed" and valid:
         mesh = relax(mesh)
-    return mesh, int(np.sum(firmness > 1))
+    return mesh, firmer
 
 
 def _fallen_back(wanted: int, level: int) -> tuple[Finding, ...]:

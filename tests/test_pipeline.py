@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,6 +21,8 @@ from heartgen.mesh.jacobian import volume
 from heartgen.mesh.surfaces import sample_faces
 from heartgen.options import REFINED_PASSES, STEPS
 from heartgen.pipeline import Personalization
+from heartgen.refinement import Weights, misfit, patient_of, weights_for
+from heartgen.refinement.rounds import NO_WORSE
 from heartgen.warping import warp
 
 COARSE = 2.0
@@ -51,6 +54,22 @@ def test_result_is_valid_good_and_described(fitted: Personalization) -> None:
     assert again["accuracy"]["mean"] == report.accuracy.mean
     assert again["success"] is True
     assert report.name in str(report)
+
+
+def test_quality_does_not_cost_accuracy_unless_asked(
+    lifelike: samples.Sample, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def much_too_much(*which: Any) -> Weights:
+        weights = weights_for(*which)
+        return replace(weights, spread=10 * weights.spread)
+
+    monkeypatch.setattr("heartgen.pipeline.weights_for", much_too_much)
+    kept = heartgen.personalize(lifelike.mask, lod=3)
+    asked = heartgen.personalize(lifelike.mask, lod=3, quality=1.01)
+    patient = patient_of(kept.anatomy)
+    assert misfit(kept.mesh, patient) <= NO_WORSE * misfit(kept.enhanced, patient)
+    assert misfit(asked.mesh, patient) > NO_WORSE * misfit(asked.enhanced, patient)
+    assert asked.report.quality.mean > kept.report.quality.mean
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])

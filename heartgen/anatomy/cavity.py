@@ -103,7 +103,10 @@ def find_cavity(space: Space, territory: NDArray[np.bool_], ventricle: str) -> C
     muscle = _muscles(pool, space.wall, space.spacing, inner_radius)
     pool = pool | muscle
     opening = _opening(pool, space.hull, ventricle)
-    leaks = _leaks(whole | pool, space.hull, opening, space.spacing, inner_radius)
+    far = _far(opening, pool, space.spacing, inner_radius)
+    leaks = _leaks(whole | pool, space.hull, opening, far)
+    outside = (~space.hull & far) | (space.empty & ~territory)
+    pool = pool | _crevices(whole, pool, outside, space.spacing)
     return Cavity(pool, opening, int((muscle & space.wall).sum()), leaks)
 
 
@@ -250,18 +253,42 @@ def _opening(pool: NDArray[np.bool_], hull: NDArray[np.bool_], ventricle: str) -
     return np.argwhere(parts == int(np.argmax(sizes)) + 1)
 
 
+def _far(
+    opening: NDArray[np.intp],
+    pool: NDArray[np.bool_],
+    spacing: NDArray[np.float64],
+    inner_radius: float,
+) -> NDArray[np.bool_]:
+    """Voxels that are farther from a pool's opening than its inner radius."""
+    away = np.ones_like(pool)
+    away[tuple(opening.T)] = False
+    return np.asarray(inner_distance(away, spacing) > inner_radius)
+
+
 def _leaks(
     pool: NDArray[np.bool_],
     hull: NDArray[np.bool_],
     opening: NDArray[np.intp],
-    spacing: NDArray[np.float64],
-    inner_radius: float,
+    far: NDArray[np.bool_],
 ) -> tuple[int, ...]:
     """Sizes of the places far from the opening where the pool, channels included, gets outside."""
-    away = np.ones_like(pool)
-    away[tuple(opening.T)] = False
-    far = inner_distance(away, spacing) > inner_radius
     parts, _ = ndi.label(pool)
     joined = parts == parts[tuple(opening[0])]
     parts, _ = ndi.label(joined & ndi.binary_dilation(~hull) & far, structure=CONNECTED)
     return tuple(int(size) for size in np.bincount(parts.ravel())[1:])
+
+
+def _crevices(
+    whole: NDArray[np.bool_],
+    pool: NDArray[np.bool_],
+    outside: NDArray[np.bool_],
+    spacing: NDArray[np.float64],
+) -> NDArray[np.bool_]:
+    """What is as narrow as a channel, but leads nowhere: corners where two walls meet."""
+    thin, count = ndi.label(whole & ~pool)
+    core = inner_distance(whole, spacing) > CHANNEL_RADIUS * float(np.min(spacing))
+    elsewhere = ndi.binary_dilation(outside) | core
+    leading = np.zeros(count + 1, dtype=bool)
+    leading[thin[elsewhere]] = True
+    leading[0] = True
+    return np.asarray(~leading[thin])

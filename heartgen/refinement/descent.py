@@ -44,7 +44,7 @@ DRIFT = 1 / 90
 SHORTEST = 1e-3
 """Step below which none is made."""
 
-QUALITY = (1.7, 1.3, 1.0, 0.6, 0.3)
+QUALITY = (1.7, 1.3, 1.0, 0.55, 0.25)
 """Weight of quality against accuracy for each level of detail, of both ventricles..."""
 
 QUALITY_OF_ONE = (1.0, 0.8, 0.6, 0.38, 0.28)
@@ -69,20 +69,23 @@ class Weights:
         Distances at the base and at an apical hole, relative to those elsewhere.
     right_apex : float
         Distances in the elements at the right ventricle's apex, relative to those elsewhere.
+    apex : float
+        Distances in the elements around the apex, where the wall turns within one of them.
     """
 
-    spread: float = 45.0
-    shear: float = 5.0
+    spread: float = 70.0
+    shear: float = 8.5
     bending: float = 0.05
     drift: float = 40.0
     cut: float = 5.0
     right_apex: float = 1.0
+    apex: float = 3.0
 
 
-SHEARED = Weights(spread=15.0, shear=28.0)
+SHEARED = Weights(spread=30.0, shear=48.0)
 """Weights for two ventricles: the corners of the right one would be paid for with shear."""
 
-ROUNDED = 8.0
+ROUNDED = 16.0
 """Weight of distances at the right ventricle's apex that draws the insertion line, square in the
 template, onto the round one of the anatomy: its elements alone would rather stay square."""
 
@@ -166,6 +169,7 @@ def refine(
     elements = Elements(freedom, mesh.topology, firmness)
     trust = 1 / _around(freedom, firmness)
     trust[right_apex(mesh.topology)] *= weights.right_apex
+    trust[mesh.topology.index[:, 2] == 0] *= weights.apex
     trust = trust[faces.faces[:, 0]]
     assembler = Assembler([freedom.dofs, faces.dofs, faces.dofs], freedom.n)
     per_square = 1 / (SCALE * patient.voxel) ** 2

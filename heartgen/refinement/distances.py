@@ -141,6 +141,27 @@ def from_patient(
     )
 
 
+def misfit(mesh: HexMesh, patient: Patient) -> float:
+    """Mean distance of points of the patient to the mesh's surfaces, mm.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+    patient : Patient
+
+    Returns
+    -------
+    float
+    """
+    faces = [mesh.topology.surfaces[name] for name in patient.few]
+    near = [
+        closest_points(mesh, rows, target.points, CANDIDATES).distance
+        for rows, target in zip(faces, patient.few.values(), strict=True)
+    ]
+    weights = np.concatenate([target.weights for target in patient.few.values()])
+    return float(np.average(np.concatenate(near), weights=weights))
+
+
 def drift(mesh: HexMesh, anchor: HexMesh, faces: FaceFreedom, leeway: float) -> Distances:
     """Movement from the anchor along the surface beyond a leeway, mm, at samples of the faces."""
     uv, w = gauss_square(FACE_SAMPLES)

@@ -158,6 +158,17 @@ def test_right_ventricle_may_be_large_or_small() -> None:
         assert found.frame[0, 0] > 0.99
 
 
+@pytest.mark.parametrize("spacing", [1.5, 2.0])
+def test_right_pool_reaches_into_the_corners(spacing: float) -> None:
+    mask = image(spacing=(spacing,) * 3)
+    found = analyse(mask)
+    world = mask.to_world(np.argwhere(np.ones_like(mask.voxels)).astype(float))
+    _, right = pools(world)
+    inside = right & ~mask.voxels.ravel() & (world[:, 2] < -3 * spacing)
+    depth = found.surfaces["rv_endo"].sample(world[inside])[0]
+    assert depth.max() < 0.7 * spacing
+
+
 def test_thin_walls_are_kept_apart() -> None:
     mask = image(spacing=(1.5, 1.5, 1.5))
     world = mask.to_world(np.argwhere(np.ones_like(mask.voxels)).astype(float))

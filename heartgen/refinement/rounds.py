@@ -1,0 +1,86 @@
+"""Rounds of refinement: until every element is proven valid, and quality has cost no accuracy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heartgen.mesh.hexmesh import HexMesh
+from heartgen.mesh.validity import certify
+from heartgen.refinement.descent import Weights, refine
+from heartgen.refinement.distances import misfit
+from heartgen.refinement.patient import Patient
+
+FIRMER = 2.0
+"""Factor by which an element that is not proven valid becomes firmer as the refinement goes on."""
+
+FIRMER_ROUNDS = 12
+"""Rounds in which elements may become firmer."""
+
+NO_WORSE = 0.96
+"""Misfit of a refined mesh over that of the mesh before from which quality costs too much. Without
+the refinement the registration goes on for longer, and wins up to some hundredths by that."""
+
+EASIER_ROUNDS = 3
+"""Rounds in which quality may get half the weight of the round before."""
+
+
+def refine_in_rounds(
+    mesh: HexMesh,
+    patient: Patient,
+    weights: Weights,
+    accuracy_first: bool,
+    progress: Callable[[float], None] = lambda done: None,
+) -> tuple[HexMesh, int, bool]:
+    """Refine a mesh until it is proven valid.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    patient : Patient
+    weights : Weights
+    accuracy_first : bool
+        Whether quality gets less weight if the mesh would else lose accuracy by it.
+    progress : callable
+        Called with the share of a round that is done; may raise to cancel.
+
+    Returns
+    -------
+    refined : HexMesh
+        Same topology, straight across the wall.
+    firmer : int
+        Elements that had to be fitted less closely.
+    valid : bool
+        Whether all elements are proven valid.
+    """
+    firmness = np.ones(mesh.n_elements)
+    anchor = mesh
+    enough = NO_WORSE * misfit(mesh, patient) if accuracy_first else np.inf
+    for _ in range(EASIER_ROUNDS):
+        mesh, valid = _made_valid(mesh, patient, weights, firmness, anchor, progress)
+        if not valid or misfit(mesh, patient) <= enough:
+            break
+        weights = replace(weights, spread=weights.spread / 2)
+    return mesh, int(np.sum(firmness > 1)), valid
+
+
+def _made_valid(
+    mesh: HexMesh,
+    patient: Patient,
+    weights: Weights,
+    firmness: NDArray[np.float64],
+    anchor: HexMesh,
+    progress: Callable[[float], None],
+) -> tuple[HexMesh, bool]:
+    """Refined mesh, and whether it is valid; elements that are not become firmer, in place."""
+    for _ in range(FIRMER_ROUNDS):
+        mesh = refine(mesh, patient, weights, firmness=firmness, anchor=anchor, progress=progress)
+        valid = certify(mesh).valid
+        if valid.all():
+            return mesh, True
+        firmness[~valid] *= FIRMER
+    return mesh, False
