@@ -363,10 +363,9 @@ def _refined(
         anatomy.slices is not None,
         options.insertion,
     )
-    # Who turns the dial up asks for quality at the cost of accuracy.
-    mesh, firmer, valid = refine_in_rounds(
-        mesh, patient_of(anatomy), weights, options.quality <= 1, done
-    )
+    # Who turns the dial up asks for quality at the cost of accuracy; a stack shows little of it.
+    accuracy_first = options.quality <= 1 and anatomy.slices is None
+    mesh, firmer, valid = refine_in_rounds(mesh, patient_of(anatomy), weights, accuracy_first, done)
     if options.interior == "relaxed" and valid:
         mesh = relax(mesh)
     return mesh, firmer

@@ -89,7 +89,7 @@ ROUNDED = 16.0
 """Weight of distances at the right ventricle's apex that draws the insertion line, square in the
 template, onto the round one of the anatomy: its elements alone would rather stay square."""
 
-SPARSE = Weights(spread=60.0, shear=56.0)
+SPARSE = Weights(spread=85.0, shear=65.0)
 """Weights for two ventricles in a stack of slices. Those are met closely whatever lies between:
 there is room for better elements."""
 
