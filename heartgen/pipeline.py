@@ -23,7 +23,7 @@ from heartgen.mesh import HexMesh, MeshField
 from heartgen.mesh.hermite import RIM
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.validity import certify
-from heartgen.options import HOLE_SHARE, Options, usual_elements
+from heartgen.options import HOLE_SHARE, REFINED_PASSES, Options, usual_elements
 from heartgen.refinement import patient_of, refine_in_rounds, relax, weights_for
 from heartgen.registration import Deformation, register
 from heartgen.report import Report, measured, slices_of
@@ -34,6 +34,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     import pyvista
+
+NO_WORSE = 0.96
+"""Misfit of a refined mesh over that of the mesh before from which quality costs too much, where
+passes of registration were left out: they would win some hundredths."""
 
 Progress = Callable[[str, float], None]
 """Called with the name of the running step and the share of it that is done; raise to cancel."""
@@ -363,9 +367,10 @@ def _refined(
         anatomy.slices is not None,
         options.insertion,
     )
-    # Who turns the dial up asks for quality at the cost of accuracy; a stack shows little of it.
-    accuracy_first = options.quality <= 1 and anatomy.slices is None
-    mesh, firmer, valid = refine_in_rounds(mesh, patient_of(anatomy), weights, accuracy_first, done)
+    no_worse = NO_WORSE if options.lod > REFINED_PASSES else 1.0
+    if options.quality > 1 or anatomy.slices is not None:
+        no_worse = np.inf  # who turns the dial up asks for it; a stack shows little of the surface
+    mesh, firmer, valid = refine_in_rounds(mesh, patient_of(anatomy), weights, no_worse, done)
     if options.interior == "relaxed" and valid:
         mesh = relax(mesh)
     return mesh, firmer

@@ -78,7 +78,7 @@ def test_one_mesh_is_no_comparison(beat: list[HexMesh], names) -> None:
 @pytest.fixture(scope="module")
 def both() -> list[HexMesh]:
     """Both ventricles of two hearts that differ in how far down the right one reaches."""
-    hearts = (samples.biv(2.5, rv_apex=height).mask for height in (12.0, 18.0))
+    hearts = (samples.biv(2.5, rv_apex=height).mask for height in (12.0, 22.0))
     return [biventricular_template(analyse(mask, "auto", "biv"), (2, 12, 8)) for mask in hearts]
 
 

@@ -20,9 +20,8 @@ from heartgen.mesh.bases import deviation
 from heartgen.mesh.jacobian import volume
 from heartgen.mesh.surfaces import sample_faces
 from heartgen.options import REFINED_PASSES, STEPS
-from heartgen.pipeline import Personalization
+from heartgen.pipeline import NO_WORSE, Personalization
 from heartgen.refinement import Weights, misfit, patient_of, weights_for
-from heartgen.refinement.rounds import NO_WORSE
 from heartgen.warping import warp
 
 COARSE = 2.0

@@ -20,10 +20,6 @@ FIRMER = 2.0
 FIRMER_ROUNDS = 12
 """Rounds in which elements may become firmer."""
 
-NO_WORSE = 0.96
-"""Misfit of a refined mesh over that of the mesh before from which quality costs too much. Without
-the refinement the registration goes on for longer, and wins up to some hundredths by that."""
-
 EASIER_ROUNDS = 3
 """Rounds in which quality may get half the weight of the round before."""
 
@@ -32,7 +28,7 @@ def refine_in_rounds(
     mesh: HexMesh,
     patient: Patient,
     weights: Weights,
-    accuracy_first: bool,
+    no_worse: float = np.inf,
     progress: Callable[[float], None] = lambda done: None,
 ) -> tuple[HexMesh, int, bool]:
     """Refine a mesh until it is proven valid.
@@ -43,8 +39,8 @@ def refine_in_rounds(
         mm, world (LPS).
     patient : Patient
     weights : Weights
-    accuracy_first : bool
-        Whether quality gets less weight if the mesh would else lose accuracy by it.
+    no_worse : float
+        Misfit, over that of the mesh given, above which quality gets less weight.
     progress : callable
         Called with the share of a round that is done; may raise to cancel.
 
@@ -59,7 +55,7 @@ def refine_in_rounds(
     """
     firmness = np.ones(mesh.n_elements)
     anchor = mesh
-    enough = NO_WORSE * misfit(mesh, patient) if accuracy_first else np.inf
+    enough = no_worse * misfit(mesh, patient)
     for _ in range(EASIER_ROUNDS):
         mesh, valid = _made_valid(mesh, patient, weights, firmness, anchor, progress)
         if not valid or misfit(mesh, patient) <= enough:
