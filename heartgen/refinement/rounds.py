@@ -15,9 +15,10 @@ from heartgen.refinement.distances import misfit
 from heartgen.refinement.patient import Patient
 
 FIRMER = 2.0
-"""Factor by which an element that is not proven valid becomes firmer as the refinement goes on."""
+"""Factor by which an element that is not proven valid becomes firmer after the first round; after
+the second it is twice that, after the third three times, ..."""
 
-FIRMER_ROUNDS = 12
+FIRMER_ROUNDS = 10
 """Rounds in which elements may become firmer."""
 
 EASIER_ROUNDS = 3
@@ -73,10 +74,10 @@ def _made_valid(
     progress: Callable[[float], None],
 ) -> tuple[HexMesh, bool]:
     """Refined mesh, and whether it is valid; elements that are not become firmer, in place."""
-    for _ in range(FIRMER_ROUNDS):
+    for number in range(1, FIRMER_ROUNDS + 1):
         mesh = refine(mesh, patient, weights, firmness=firmness, anchor=anchor, progress=progress)
         valid = certify(mesh).valid
         if valid.all():
             return mesh, True
-        firmness[~valid] *= FIRMER
+        firmness[~valid] *= number * FIRMER
     return mesh, False
