@@ -388,7 +388,8 @@ def _made_firmer(elements: int) -> tuple[Finding, ...]:
     """Tell the user when accuracy had to be given up for validity."""
     if elements == 0:
         return ()
-    message = f"{elements} elements were fitted less closely to keep all of them valid"
+    fitted = "1 element was" if elements == 1 else f"{elements} elements were"
+    message = f"{fitted} fitted less closely to keep all of them valid"
     return (Finding("refinement", message),)
 
 

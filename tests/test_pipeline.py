@@ -66,8 +66,9 @@ def test_quality_does_not_cost_accuracy_unless_asked(
     kept = heartgen.personalize(lifelike.mask, lod=3)
     asked = heartgen.personalize(lifelike.mask, lod=3, quality=1.01)
     patient = patient_of(kept.anatomy)
-    assert misfit(kept.mesh, patient) <= NO_WORSE * misfit(kept.enhanced, patient)
-    assert misfit(asked.mesh, patient) > NO_WORSE * misfit(asked.enhanced, patient)
+    allowed = NO_WORSE * misfit(kept.enhanced, patient)
+    assert 0.97 * allowed < misfit(kept.mesh, patient) <= allowed
+    assert misfit(asked.mesh, patient) > allowed
     assert asked.report.quality.mean > kept.report.quality.mean
 
 

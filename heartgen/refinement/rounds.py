@@ -21,8 +21,19 @@ the second it is twice that, after the third three times, ..."""
 FIRMER_ROUNDS = 10
 """Rounds in which elements may become firmer."""
 
-EASIER_ROUNDS = 3
-"""Rounds in which quality may get half the weight of the round before."""
+EASIER_ROUNDS = 4
+"""Rounds in which quality may get less weight than in the round before."""
+
+EASING = 7.0
+"""Power of the misfit that the weight of quality follows: halving it takes a tenth of the misfit.
+In proportion to the excess rather than in steps, so that a level of detail whose misfit is barely
+too high is not refined more closely than the level above it."""
+
+EASIEST = 0.5
+"""Smallest weight of quality, over that of the round before."""
+
+MARGIN = 0.995
+"""Misfit aimed at, over that allowed."""
 
 
 def refine_in_rounds(
@@ -56,12 +67,13 @@ def refine_in_rounds(
     """
     firmness = np.ones(mesh.n_elements)
     anchor = mesh
-    enough = no_worse * misfit(mesh, patient)
+    enough = no_worse * misfit(mesh, patient) if np.isfinite(no_worse) else np.inf
     for _ in range(EASIER_ROUNDS):
         mesh, valid = _made_valid(mesh, patient, weights, firmness, anchor, progress)
-        if not valid or misfit(mesh, patient) <= enough:
+        if not valid or np.isinf(enough) or (reached := misfit(mesh, patient)) <= enough:
             break
-        weights = replace(weights, spread=weights.spread / 2)
+        eased = max(EASIEST, (MARGIN * enough / reached) ** EASING)
+        weights = replace(weights, spread=weights.spread * eased)
     return mesh, int(np.sum(firmness > 1)), valid
 
 
