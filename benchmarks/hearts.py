@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 import heartgen
+from heartgen.cohort.choices import settings_from_text
 from heartgen.errors import HeartgenError
 from heartgen.formats import write_mesh
 
@@ -57,9 +58,8 @@ def main() -> None:
     choices: dict[str, Any] = {"refine": not a.paper}
     if a.elements:
         choices["elements"] = tuple(int(n) for n in a.elements.split("x"))
-    for pair in filter(None, a.options.split(",")):
-        name, value = pair.split("=")
-        choices[name] = float(value)
+    given = settings_from_text(filter(None, a.options.split(",")))
+    choices |= {name: values[0] for name, values in given.items()}
     scored = {int(k): str(a.score) for k in a.scored.split(",") if a.score}
     jobs = [(str(p), levels, choices, scored) for p in cases]
     rows: list[dict[str, Any]] = []
