@@ -15,7 +15,7 @@ import time
 
 import heartgen
 from heartgen import samples
-from heartgen.pipeline import STEPS
+from heartgen.options import STEPS
 
 RUNS = 3
 MEGABYTE = 1024.0

@@ -35,7 +35,7 @@ from pathlib import Path
 
 from benchmarks.peers import PEERS
 from benchmarks.rows import ONE_THREAD, Row, case_of, masks_of, resume, table
-from heartgen.pipeline import STEPS
+from heartgen.options import STEPS
 
 THREADS = (*ONE_THREAD, "ITK_GLOBAL_DEFAULT_NUMBER_OF_THREADS")
 

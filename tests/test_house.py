@@ -74,3 +74,16 @@ def test_binder_installs_what_is_locked(repository: Path) -> None:
     assert {"voila", "jupyterlab", "jupyter-server-proxy", "pyvista"} <= set(binder)
     stale = {name: pin for name, pin in binder.items() if pins.get(name) != pin}
     assert not stale, "binder/requirements.txt is not in step with the lock: run make binder"
+
+
+def test_every_benchmark_can_be_imported(repository: Path) -> None:
+    files = sorted(p.relative_to(repository) for p in (repository / "benchmarks").rglob("*.py"))
+    modules = [".".join(p.with_suffix("").parts) for p in files if not p.stem.startswith("__")]
+    answer = subprocess.run(
+        [sys.executable, "-c", f"import {', '.join(modules)}"],
+        cwd=repository,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert answer.returncode == 0, answer.stderr
