@@ -366,6 +366,7 @@ def _refined(
         anatomy.rv is not None,
         anatomy.slices is not None,
         options.insertion,
+        mesh.topology.shape[1],
     )
     no_worse = NO_WORSE if options.lod > REFINED_PASSES else 1.0
     if options.quality > 1 or anatomy.slices is not None:

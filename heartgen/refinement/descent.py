@@ -85,6 +85,10 @@ class Weights:
 SHEARED = Weights(spread=30.0, shear=48.0)
 """Weights for two ventricles: the corners of the right one would be paid for with shear."""
 
+USUAL_COLUMNS, WIDER = 12, 2.5
+"""Elements around the left ventricle that those are for, and power of their width with which the
+weights grow where there are fewer: wide elements bend more, and accuracy would cost quality."""
+
 ROUNDED = 16.0
 """Weight of distances at the right ventricle's apex that draws the insertion line, square in the
 template, onto the round one of the anatomy: its elements alone would rather stay square."""
@@ -100,6 +104,7 @@ def weights_for(
     biventricular: bool = False,
     stack: bool = False,
     insertion: Insertion = "rounded",
+    columns: int = USUAL_COLUMNS,
 ) -> Weights:
     """Weights for a level of detail.
 
@@ -115,6 +120,8 @@ def weights_for(
         Whether it is fitted to slices far apart.
     insertion : {"rounded", "squared"}
         Course of its insertion line around its apex.
+    columns : int
+        Elements around the left ventricle.
 
     Returns
     -------
@@ -124,6 +131,7 @@ def weights_for(
     plain = Weights()
     if biventricular:
         plain = SPARSE if stack else SHEARED
+        factor *= 1.0 if stack else max(1.0, USUAL_COLUMNS / columns) ** WIDER
     return replace(
         plain,
         spread=factor * plain.spread,
