@@ -1,6 +1,6 @@
 """Shape analysis: what there is in the mask, where it points, how large it is."""
 
-from heartgen.anatomy.analysis import Anatomy, analyse
+from heartgen.anatomy.analysis import Anatomy, analyse, analyse_under
 from heartgen.anatomy.base import Base
 from heartgen.anatomy.hole import Cone, cone_through, with_hole
 from heartgen.anatomy.plane import Plane
@@ -18,6 +18,7 @@ __all__ = [
     "Sheet",
     "Slices",
     "analyse",
+    "analyse_under",
     "cone_through",
     "with_hole",
     "with_views",

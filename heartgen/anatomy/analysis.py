@@ -23,6 +23,7 @@ from heartgen.errors import AnatomyError
 from heartgen.images.levelset import LevelSet, signed_distances
 from heartgen.images.mask import Finding, Mask
 from heartgen.images.stack import stack_of
+from heartgen.options import Options
 
 MARGIN = 6
 """Empty voxels kept around the heart: room for smooth surfaces."""
@@ -146,6 +147,17 @@ def analyse(
             "whole wall, or slices closer together"
         )
     return _measured(_shape_of_volume(mask, truncate, ventricles, follow_rim))
+
+
+def analyse_under(mask: Mask, options: Options) -> Anatomy:
+    """Measure a mask as `analyse` does, as far as options of the pipeline have a say in it."""
+    return analyse(
+        mask,
+        options.truncate,
+        options.ventricles,
+        options.base == "rim",
+        options.shifts == "auto",
+    )
 
 
 def _shape_of_volume(mask: Mask, truncate: float | str, ventricles: str, follow_rim: bool) -> Shape:

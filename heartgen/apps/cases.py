@@ -136,9 +136,9 @@ def load_file(path: Path, scheme: str = BINARY) -> Case:
 
 def analyse_case(case: Case, options: Options) -> Anatomy:
     """Measure the heart in a case, as the pipeline will."""
-    from heartgen.anatomy import analyse
+    from heartgen.anatomy import analyse_under
 
-    return analyse(case.mask, options.truncate, options.ventricles, options.base == "rim")
+    return analyse_under(case.mask, options)
 
 
 def _digest(path: Path) -> str:
