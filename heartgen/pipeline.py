@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from heartgen.anatomy import Anatomy, Cone, analyse, cone_through, with_hole, with_views
+from heartgen.anatomy import Anatomy, Cone, analyse_under, cone_through, with_hole, with_views
 from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.enhancement import enhance
 from heartgen.errors import InputError
@@ -26,7 +26,7 @@ from heartgen.mesh.validity import certify
 from heartgen.options import HOLE_SHARE, REFINED_PASSES, Options, usual_elements
 from heartgen.refinement import patient_of, refine_in_rounds, relax, weights_for
 from heartgen.registration import Deformation, register
-from heartgen.report import Report, measured, slices_of
+from heartgen.report import REPORT, Report, measured, slices_of
 from heartgen.templates import biventricular_template, lv_template
 from heartgen.warping import warp
 
@@ -113,8 +113,8 @@ class Personalization:
             path = folder / file_name("mesh", name)
             wanted = cells_of(name, cells)
             paths += write_mesh(self.mesh, path, (*made, *own), name, wanted).files
-        write_text(self.report.to_json() + "\n", folder / "report.json")
-        return [*paths, folder / "report.json"]
+        write_text(self.report.to_json() + "\n", folder / REPORT)
+        return [*paths, folder / REPORT]
 
     def fields(
         self, names: Iterable[str] | None = None, rule: FibreRule | None = None
@@ -240,13 +240,7 @@ def _personalize(
     each = [replace(options, lod=lod) for lod in levels]
     clock = _Clock(progress)
     with clock.step("shape analysis"):
-        anatomy = anatomy or analyse(
-            mask,
-            options.truncate,
-            options.ventricles,
-            options.base == "rim",
-            options.shifts == "auto",
-        )
+        anatomy = anatomy or analyse_under(mask, options)
         anatomy = with_views(anatomy.uncut or anatomy, views)
     with clock.step("template"):
         template = _template(anatomy, options)

@@ -6,19 +6,25 @@ import json
 import platform
 from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from heartgen.anatomy import Anatomy
 from heartgen.assessment import QUALITY_THRESHOLD, Accuracy, Quality
+from heartgen.errors import InputError
 from heartgen.fields.indices import Indices
 from heartgen.images.mask import Finding
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import volume
+from heartgen.options import Options
 
 ML = 1000.0
 """mm^3 in a millilitre."""
+
+REPORT = "report.json"
+"""Name of the file of a report, beside the mesh."""
 
 PACKAGES = ("heartgen", "numpy", "scipy", "numba", "SimpleITK")
 
@@ -194,6 +200,38 @@ def measured(anatomy: Anatomy, mesh: HexMesh) -> Measurements:
         mesh_volume=volume(mesh) / ML,
         right=_right(anatomy),
     )
+
+
+def options_beside(mesh: Path) -> Options:
+    """Options that a mesh was made under.
+
+    Parameters
+    ----------
+    mesh : Path
+        A file of the mesh.
+
+    Returns
+    -------
+    Options
+        Those in the report in the same folder; the usual ones if there is no report.
+
+    Raises
+    ------
+    InputError
+        If the report does not say them.
+    """
+    path = mesh.parent / REPORT
+    if not path.is_file():
+        return Options()
+    try:
+        said = json.loads(path.read_text(encoding="utf-8"))["options"].items()
+        options: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in said}
+        return Options(**options)
+    except (OSError, ValueError, LookupError, AttributeError, TypeError) as error:
+        raise InputError(
+            f"{path}: This report does not say what the mesh beside it was made under: move it "
+            "away, or fit the mask again."
+        ) from error
 
 
 def slices_of(anatomy: Anatomy) -> tuple[SliceReport, ...]:

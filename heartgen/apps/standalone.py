@@ -6,13 +6,15 @@ import os
 import tempfile
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pyvista as pv
 
+from heartgen.anatomy import Anatomy, analyse_under
 from heartgen.errors import InputError, needing
 from heartgen.formats import READERS, read_mesh_file, write_mesh
+from heartgen.report import options_beside
 from heartgen.viewing.scene import (
     AMBIENT,
     DARK,
@@ -24,10 +26,7 @@ from heartgen.viewing.scene import (
     TUBE_SIDES,
     camera_around,
 )
-from heartgen.viewing.surfaces import MAX_TRIANGLES, level_of, mask_surface, to_mask
-
-if TYPE_CHECKING:
-    from heartgen.images import Mask
+from heartgen.viewing.surfaces import MAX_TRIANGLES, mask_surface, to_mask
 
 SUBDIVISION = 3
 """Halvings of a curved cell's edge for the picture: 8 flat pieces."""
@@ -55,11 +54,13 @@ def view_files(mesh: Path, mask: Path | None, port: int, browser: bool) -> None:
     Raises
     ------
     HeartgenError
-        If a file cannot be read.
+        If a file cannot be read, or the mask not be analysed.
     """
     from heartgen.images import read_mask
 
-    scene = make_scene(read_mesh(mesh), None if mask is None else read_mask(mask))
+    shown = read_mesh(mesh)
+    anatomy = None if mask is None else analyse_under(read_mask(mask), options_beside(mesh))
+    scene = make_scene(shown, anatomy)
     serve_scene(scene, mesh.name, port, browser)
 
 
@@ -91,8 +92,8 @@ def read_mesh(path: Path) -> pv.DataSet:
     return mesh
 
 
-def make_scene(mesh: pv.DataSet, mask: Mask | None) -> Any:
-    """Make a plotter with actors ``mesh``, ``edges`` and, if there is a mask, ``mask``."""
+def make_scene(mesh: pv.DataSet, anatomy: Anatomy | None) -> Any:
+    """Make a plotter with actors ``mesh``, ``edges`` and, if its mask is known, ``mask``."""
     surface: Any = mesh.extract_surface(
         nonlinear_subdivision=SUBDIVISION, algorithm="dataset_surface"
     )
@@ -101,10 +102,10 @@ def make_scene(mesh: pv.DataSet, mask: Mask | None) -> Any:
         plotter: Any = pv.Plotter(off_screen=True, notebook=False)
     plotter.set_background("white")
     look: Any = {"ambient": AMBIENT, "specular": SPECULAR, "specular_power": SPECULAR_POWER}
-    if mask is not None:
-        level = level_of(mask)
-        shown = mask_surface(level, MAX_TRIANGLES)
-        surface.point_data[DISTANCE] = to_mask(surface.points, level).astype(np.float32)
+    if anatomy is not None:
+        shown = mask_surface(anatomy.myocardium, MAX_TRIANGLES)
+        error = to_mask(surface.points, anatomy.myocardium)
+        surface.point_data[DISTANCE] = error.astype(np.float32)
         plotter.add_mesh(shown, color=MASK, opacity=MASK_OPACITY, smooth_shading=True, name="mask")
     plotter.add_mesh(surface, color=MESH, name="mesh", show_scalar_bar=False, **look)
     radius = EDGE_RADIUS * float(np.ptp(lines.points, axis=0).max())

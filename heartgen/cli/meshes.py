@@ -108,8 +108,10 @@ def render(
 ) -> None:
     """Draw a mesh for print, a row for each colouring and a column for each view."""
     with told(debug):
+        from heartgen.anatomy import analyse_under
         from heartgen.formats import read_mesh, replacing
         from heartgen.images import read_mask
+        from heartgen.report import options_beside
 
         with needing("pictures need", "plot"):
             from heartgen.viewing import render as draw
@@ -122,7 +124,7 @@ def render(
                 temporary,
                 colours=rows,
                 views=view or ["oblique"],
-                mask=None if mask is None else read_mask(mask),
+                mask=None if mask is None else analyse_under(read_mask(mask), options_beside(mesh)),
                 other=None if compare is None else read_mesh(compare),
                 edges=not no_edges,
                 error_limit=limit,

@@ -94,8 +94,9 @@ def draw_tradeoff(results: Sequence[Personalization]) -> Figure:
 
 
 def _error(result: Personalization) -> tuple[Array, Array]:
-    """Distances of the mask's surface to the mesh, mm, and the share of the surface of each."""
-    target = isosurface(result.anatomy.myocardium)
+    """Distances to the mesh, mm, as the report measures them, and the share of each."""
+    anatomy = result.anatomy
+    target = isosurface(anatomy.myocardium) if anatomy.slices is None else anatomy.slices.outline
     step = max(1, len(target.points) // DENSE)
     points, weights = target.points[::step], target.weights[::step]
     faces = result.mesh.topology.external

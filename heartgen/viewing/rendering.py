@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pyvista as pv
 
+from heartgen.anatomy import Anatomy, analyse
 from heartgen.errors import InputError
 from heartgen.fields import heart_axes
 from heartgen.images.levelset import LevelSet
@@ -34,7 +35,7 @@ from heartgen.viewing.scene import (
     add_surface,
     look_at,
 )
-from heartgen.viewing.surfaces import MAX_TRIANGLES, level_of, mask_surface, mesh_surface
+from heartgen.viewing.surfaces import MAX_TRIANGLES, mask_surface, mesh_surface
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -61,7 +62,7 @@ COLOURS = (*PLAIN, *LOOKS, *FIBRES)
 """What can be shown. ``overlay`` is the mask in red over the mesh (paper, figures 4 and 11);
 ``change`` another mesh in red over this one in green (figure 7)."""
 
-NEEDS_MASK = ("overlay", "error")
+NEEDS_MASK = frozenset({"overlay", "error"})
 
 
 WHITE, RED, GREEN = "#f4f4f2", "#d55e00", "#009e73"
@@ -82,7 +83,7 @@ def render(
     *,
     colours: Sequence[str] = ("region",),
     views: Sequence[str] = ("oblique",),
-    mask: Mask | None = None,
+    mask: Mask | Anatomy | None = None,
     other: HexMesh | None = None,
     septum: Sequence[float] | None = None,
     edges: bool = True,
@@ -100,8 +101,9 @@ def render(
         Of `COLOURS`, a row each.
     views : sequence of str
         Of `VIEWS`, a column each.
-    mask : Mask, optional
-        For ``overlay`` and ``error``.
+    mask : Mask or Anatomy, optional
+        What the mesh was fitted to, for ``overlay`` and ``error``. A mask is analysed under the
+        usual options; under others, the surface fitted may be another: give the anatomy.
     other : HexMesh, optional
         For ``change``.
     septum : (3,) float, optional
@@ -125,7 +127,7 @@ def render(
         If a picture is asked for where there is no graphics library.
     """
     _check(colours, views, mask, other)
-    level = None if mask is None else level_of(mask)
+    level = None if NEEDS_MASK.isdisjoint(colours) else _level(mask)
     shape = (len(colours), len(views))
     size = (panel * shape[1], panel * shape[0])
     plotter: Any = empty_scene(size, shape=shape, border=False)
@@ -145,7 +147,10 @@ def render(
 
 
 def _check(
-    colours: Sequence[str], views: Sequence[str], mask: Mask | None, other: HexMesh | None
+    colours: Sequence[str],
+    views: Sequence[str],
+    mask: Mask | Anatomy | None,
+    other: HexMesh | None,
 ) -> None:
     """Refuse what cannot be drawn."""
     for kind, asked, known in (("colouring", colours, COLOURS), ("view", views, tuple(VIEWS))):
@@ -159,6 +164,12 @@ def _check(
             raise InputError(f"colouring {colour} needs the mask the mesh was fitted to: add it")
         if colour == "change" and other is None:
             raise InputError("colouring change needs another mesh to compare with: add it")
+
+
+def _level(mask: Mask | Anatomy | None) -> LevelSet | None:
+    """Level function of the surface that a mesh is fitted to."""
+    anatomy = analyse(mask) if isinstance(mask, Mask) else mask
+    return None if anatomy is None else anatomy.myocardium
 
 
 def _adder(

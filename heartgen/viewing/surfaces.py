@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
 from heartgen.assessment import distance_to
 from heartgen.images.isosurface import Isosurface, isosurface
-from heartgen.images.levelset import LevelSet, signed_distance
-from heartgen.images.mask import Mask
+from heartgen.images.levelset import LevelSet
 from heartgen.mesh import HexMesh, MeshField, Topology
 from heartgen.mesh.closest import closest_points
 from heartgen.mesh.jacobian import jacobian_ratio
@@ -26,9 +27,6 @@ INWARD = 1e-3
 
 MAX_TRIANGLES = 40_000
 """Triangles of the mask's surface that a browser still turns with ease."""
-
-MARGIN = 2
-"""Voxels around a mask for its level function to be defined on its surface."""
 
 SAME = 1e-6
 """Distance over the size of the mesh below which two element edges are one."""
@@ -121,15 +119,21 @@ def mask_surface(myocardium: LevelSet, limit: int | None = None) -> pv.PolyData:
     return poly_data(points, corners.reshape(-1, 3), normals)
 
 
-def level_of(mask: Mask) -> LevelSet:
-    """Level function of a mask as it is, zero on its surface."""
-    affine = mask.affine.copy()
-    affine[:3, 3] -= affine[:3, :3] @ np.full(3, float(MARGIN))
-    return signed_distance(np.pad(mask.voxels, MARGIN), affine)
+def to_mask(points: NDArray[Any], myocardium: LevelSet) -> NDArray[np.float64]:
+    """Distance of the surface of a mesh to that of the mask, as a report measures it.
 
+    Parameters
+    ----------
+    points : (n, 3) float
+        On the surface of the mesh, mm, world (LPS).
+    myocardium : LevelSet
+        That of an `Anatomy`: cut where the base was, and interpolated between the slices of a
+        stack, through their contours; not the voxels, whose steps are as high as slices are apart.
 
-def to_mask(points: NDArray[np.float64], myocardium: LevelSet) -> NDArray[np.float64]:
-    """Distance (n,), mm, of points (n, 3), mm, world (LPS), to the isosurface of the mask."""
+    Returns
+    -------
+    (n,) float64, mm
+    """
     return distance_to(isosurface(myocardium), np.asarray(points, dtype=float))
 
 

@@ -5,7 +5,6 @@ import pytest
 
 pytest.importorskip("pyvista")
 
-from heartgen import samples
 from heartgen.apps.standalone import DISTANCE, PLAIN, colour_by, colours_of, make_scene, read_mesh
 from heartgen.errors import InputError
 from heartgen.formats import write_mesh
@@ -15,7 +14,7 @@ from heartgen.formats import write_mesh
 def scene(finished, tmp_path_factory):
     path = tmp_path_factory.mktemp("view") / "mesh.vtu"
     write_mesh(finished.shown.result.mesh, path)
-    plotter = make_scene(read_mesh(path), samples.lifelike_lv(3.0).mask)
+    plotter = make_scene(read_mesh(path), finished.shown.result.anatomy)
     yield plotter
     plotter.close()
 

@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import heartgen
+from heartgen import samples
+from heartgen.anatomy import analyse_under
 from heartgen.errors import HeartgenError, InputError
+from heartgen.options import Options
+from heartgen.report import options_beside
 
 pytest.importorskip("pyvista")
 
@@ -66,6 +71,37 @@ def test_error_is_the_distance_to_the_mask(result):
     mean = float(np.mean(shown["error"]))
     assert mean == pytest.approx(result.report.accuracy.reverse_mean, abs=0.3)
     plotter.close()
+
+
+def test_error_of_a_stack_is_that_to_its_contours_and_not_to_its_thick_voxels(stack):
+    plotter = render(stack.mesh, colours=["error"], mask=stack.mask, panel=PANEL)
+    shown = actors(plotter)["mesh"].mapper.dataset
+    slices, error = stack.anatomy.slices, shown.point_data_to_cell_data()["error"]
+    area = shown.compute_cell_sizes()["Area"]
+    near = slices.away(shown.cell_centers().points) < slices.distance / 4
+    mean = np.average(error[near], weights=area[near])
+    assert mean == pytest.approx(stack.report.accuracy.mean, rel=0.15)
+    assert np.percentile(error, 95) < slices.distance / 8
+    plotter.close()
+
+
+def test_error_is_to_the_surface_fitted_under_the_options_beside_the_mesh(tmp_path):
+    cut = heartgen.personalize(samples.lifelike_lv(3.0).mask, truncate=12.0)
+    written = cut.write(tmp_path, ("exf",), fields=())[0]
+    anatomy = analyse_under(cut.mask, options_beside(written))
+    base = list(cut.mesh.topology.surfaces).index("base")
+    errors = []
+    for mask in (anatomy, cut.mask):
+        plotter = render(cut.mesh, colours=["error"], mask=mask, panel=PANEL)
+        shown = actors(plotter)["mesh"].mapper.dataset
+        cells = shown.point_data_to_cell_data()
+        errors.append(cells["error"][shown["region"] == base].mean())
+        plotter.close()
+    assert errors[0] < 0.5 < 2 < errors[1], "the mask goes on beyond the base of the mesh"
+    assert options_beside(tmp_path / "elsewhere" / "mesh.exf") == Options()
+    (tmp_path / "report.json").write_text("[]", encoding="utf-8")
+    with pytest.raises(InputError, match="does not say what the mesh beside it was made under"):
+        options_beside(written)
 
 
 @pytest.mark.parametrize("colour", ["overlay", "change"])
