@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,11 +12,13 @@ from threadpoolctl import threadpool_limits
 
 from heartgen.anatomy import Anatomy, Cone, analyse_under, cone_through, with_hole, with_views
 from heartgen.assessment import assess_accuracy, assess_quality
+from heartgen.clock import Clock, Progress
+from heartgen.concessions import fallen_back, made_firmer
 from heartgen.enhancement import enhance
 from heartgen.errors import InputError
 from heartgen.fields import FIELDS, FibreRule, clinical_indices, make_fields
 from heartgen.formats import cells_of, file_name, write_mesh, write_text
-from heartgen.images import Finding, Mask
+from heartgen.images import Mask
 from heartgen.mesh import HexMesh, MeshField
 from heartgen.mesh.hermite import RIM
 from heartgen.mesh.jacobian import jacobian_ratio
@@ -31,16 +31,11 @@ from heartgen.templates import biventricular_template, lv_template
 from heartgen.warping import warp
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     import pyvista
 
 NO_WORSE = 0.96
 """Misfit of a refined mesh over that of the mesh before from which quality costs too much, where
 passes of registration were left out: they would win some hundredths."""
-
-Progress = Callable[[str, float], None]
-"""Called with the name of the running step and the share of it that is done; raise to cancel."""
 
 
 @dataclass(frozen=True)
@@ -238,7 +233,7 @@ def _personalize(
 ) -> tuple[Personalization, ...]:
     """The pipeline."""
     each = [replace(options, lod=lod) for lod in levels]
-    clock = _Clock(progress)
+    clock = Clock(progress)
     with clock.step("shape analysis"):
         anatomy = anatomy or analyse_under(mask, options)
         anatomy = with_views(anatomy.uncut or anatomy, views)
@@ -257,7 +252,7 @@ def _personalize(
             done,
         )
     start = _Start(mask, anatomy, template, deformations)
-    return tuple(_finish(start, o, _Clock(progress, clock.seconds)) for o in each)
+    return tuple(_finish(start, o, Clock(progress, clock.seconds)) for o in each)
 
 
 @dataclass(frozen=True)
@@ -270,7 +265,7 @@ class _Start:
     deformations: tuple[Deformation, ...]
 
 
-def _finish(start: _Start, options: Options, clock: _Clock) -> Personalization:
+def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
     """Warp, enhance, refine and assess at one level of detail."""
     anatomy, deformations = start.anatomy, start.deformations[: options.lod]
     options = replace(options, elements=options.elements or usual_elements(anatomy.rv is not None))
@@ -306,8 +301,8 @@ def _finish(start: _Start, options: Options, clock: _Clock) -> Personalization:
         slices=slices_of(anatomy),
         findings=start.mask.findings
         + anatomy.findings
-        + _fallen_back(len(deformations), level)
-        + _made_firmer(firmer),
+        + fallen_back(len(deformations), level)
+        + made_firmer(firmer),
         seconds=clock.seconds,
     )
     return Personalization(
@@ -369,36 +364,3 @@ def _refined(
     if options.interior == "relaxed" and valid:
         mesh = relax(mesh)
     return mesh, firmer
-
-
-def _fallen_back(wanted: int, level: int) -> tuple[Finding, ...]:
-    """Tell the user when a level of detail could not be had."""
-    if level == wanted:
-        return ()
-    message = f"level of detail {wanted} folds an element: the mesh is that of level {level}"
-    return (Finding("level of detail", message),)
-
-
-def _made_firmer(elements: int) -> tuple[Finding, ...]:
-    """Tell the user when accuracy had to be given up for validity."""
-    if elements == 0:
-        return ()
-    fitted = "1 element was" if elements == 1 else f"{elements} elements were"
-    message = f"{fitted} fitted less closely to keep all of them valid"
-    return (Finding("refinement", message),)
-
-
-class _Clock:
-    """Times the steps and reports their progress."""
-
-    def __init__(self, progress: Progress, before: Mapping[str, float] | None = None) -> None:
-        self.progress = progress
-        self.seconds = dict(before or {})
-
-    @contextmanager
-    def step(self, name: str) -> Iterator[Callable[[float], None]]:
-        start = time.perf_counter()
-        self.progress(name, 0.0)
-        yield lambda done: self.progress(name, done)
-        self.progress(name, 1.0)
-        self.seconds[name] = round(time.perf_counter() - start, 3)

@@ -14,7 +14,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-from heartgen import pipeline
+from heartgen import clock
 from heartgen.anatomy import Anatomy
 from heartgen.cli.outcome import errors
 from heartgen.cohort.summary import Summary
@@ -41,7 +41,7 @@ ML = 1000.0
 
 
 @contextmanager
-def step_bars() -> Iterator[pipeline.Progress]:
+def step_bars() -> Iterator[clock.Progress]:
     """Show a bar for each step of the pipeline.
 
     Yields

@@ -1,0 +1,44 @@
+"""What the user should know of a mesh that is not quite as was asked for."""
+
+from __future__ import annotations
+
+from heartgen.images import Finding
+
+
+def fallen_back(wanted: int, level: int) -> tuple[Finding, ...]:
+    """Tell when a level of detail could not be had.
+
+    Parameters
+    ----------
+    wanted, level : int
+        Level asked for, and that of the mesh.
+
+    Returns
+    -------
+    tuple of Finding
+        Empty if they are the same.
+    """
+    if level == wanted:
+        return ()
+    message = f"level of detail {wanted} folds an element: the mesh is that of level {level}"
+    return (Finding("level of detail", message),)
+
+
+def made_firmer(elements: int) -> tuple[Finding, ...]:
+    """Tell when accuracy had to be given up for validity.
+
+    Parameters
+    ----------
+    elements : int
+        How many were made firmer.
+
+    Returns
+    -------
+    tuple of Finding
+        Empty if none was.
+    """
+    if elements == 0:
+        return ()
+    fitted = "1 element was" if elements == 1 else f"{elements} elements were"
+    message = f"{fitted} fitted less closely to keep all of them valid"
+    return (Finding("refinement", message),)
