@@ -127,11 +127,14 @@ def weights_for(
     -------
     Weights
     """
-    factor = (QUALITY if biventricular else QUALITY_OF_ONE)[lod - 1] * quality
-    plain = Weights()
-    if biventricular:
-        plain = SPARSE if stack else SHEARED
-        factor *= 1.0 if stack else max(1.0, USUAL_COLUMNS / columns) ** WIDER
+    if not biventricular:
+        plain, of_level, of_width = Weights(), QUALITY_OF_ONE, 1.0
+    elif stack:
+        plain, of_level, of_width = SPARSE, QUALITY, 1.0
+    else:
+        plain, of_level = SHEARED, QUALITY
+        of_width = max(1.0, USUAL_COLUMNS / columns) ** WIDER
+    factor = of_level[lod - 1] * quality * of_width
     return replace(
         plain,
         spread=factor * plain.spread,
