@@ -214,7 +214,7 @@ def inspect(
 ) -> None:
     """Show what is in a mask: what the checks found, what the shape analysis sees."""
     with told(debug):
-        from heartgen.anatomy import analyse
+        from heartgen.anatomy import analyse_under
         from heartgen.cli.tables import console, show_anatomy, show_image
         from heartgen.formats import replacing
         from heartgen.images.selecting import Selection
@@ -225,7 +225,7 @@ def inspect(
         options = Options(truncate=_truncation(truncate), ventricles=cast("Any", ventricles))
         image = Selection(tuple(label or ()), labels, rv_wall).read(mask, ventricles)
         show_image(image)
-        anatomy = analyse(image, options.truncate, options.ventricles)
+        anatomy = analyse_under(image, options)
         show_anatomy(anatomy)
         with replacing(picture) as temporary:
             draw_slices(image, anatomy).savefig(temporary, dpi=DPI)
