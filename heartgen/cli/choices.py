@@ -77,6 +77,7 @@ Ventricles = Annotated[
     ),
 ]
 Debug = Annotated[bool, typer.Option("--debug", help="Show where in the code an error arose.")]
+NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Do not open it.")]
 Level = Annotated[
     int,
     typer.Option(min=1, max=5, help="Level of detail: 1, most stable, to 5, most accurate."),

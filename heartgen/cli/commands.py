@@ -1,4 +1,4 @@
-"""The commands: read the options, run, show, write.
+"""The commands for a mask, and for the dashboard: read the options, run, show, write.
 
 What takes long to import is imported inside the commands, so that ``heartgen --help`` is instant.
 """
@@ -17,6 +17,7 @@ from heartgen.cli.choices import (
     Labels,
     Level,
     MaskPath,
+    NoBrowser,
     RvWall,
     Septum,
     Shifts,
@@ -25,7 +26,7 @@ from heartgen.cli.choices import (
     Views,
 )
 from heartgen.cli.outcome import appearing_together, check_folder, check_picture, errors, told
-from heartgen.errors import MeshError, needing
+from heartgen.errors import MeshError
 
 if TYPE_CHECKING:
     from heartgen.images import Mask
@@ -281,7 +282,7 @@ def dashboard(
     base_url: Annotated[
         str, typer.Option(metavar="PATH", help="Where the page is, behind a proxy: /x/.")
     ] = "/",
-    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open it.")] = False,
+    no_browser: NoBrowser = False,
     debug: Debug = False,
 ) -> None:
     """Serve the dashboard: mask in, mesh out, in a browser."""
@@ -290,81 +291,6 @@ def dashboard(
 
         base = f"/{base_url.strip('/')}/".replace("//", "/")
         serve(Place(host, port, token, base, browser=not no_browser))
-
-
-@app.command()
-def convert(
-    source: Annotated[
-        Path,
-        typer.Argument(metavar="IN", show_default=False, help="EXF, EX1 or VTU of cubic elements."),
-    ],
-    target: Annotated[
-        Path,
-        typer.Argument(metavar="OUT", show_default=False, help="Its ending says the format."),
-    ],
-    format: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME", show_default=False, help="Format, where endings are shared: vtu-bezier."
-        ),
-    ] = None,
-    basis: Annotated[
-        str | None,
-        typer.Option(metavar="hermite|lagrange", show_default=False, help="As in IN if not given."),
-    ] = None,
-    order: Annotated[
-        int, typer.Option(min=1, max=3, help="Of Lagrange elements; below 3 they are resampled.")
-    ] = 3,
-    cells: Annotated[
-        str | None,
-        typer.Option(
-            metavar="hex8|hex20|hex27|tet4|tet10",
-            show_default=False,
-            help="Cells to which the mesh is resampled, for formats of simple cells.",
-        ),
-    ] = None,
-    pieces: Annotated[
-        str | None,
-        typer.Option(
-            metavar="RxCxL",
-            show_default=False,
-            help="Pieces of an element, radial x circumferential x longitudinal.",
-        ),
-    ] = None,
-    debug: Debug = False,
-) -> None:
-    """Write a mesh, with its fields, in another format, and say what is lost."""
-    with told(debug):
-        from heartgen.formats import convert as convert_file
-        from heartgen.options import elements_from_text
-
-        parts = None if pieces is None else elements_from_text(pieces)
-        written = convert_file(source, target, format, basis, order, cells, parts)
-        for note in written.notes:
-            errors.print(note, style="yellow", markup=False, highlight=False, soft_wrap=True)
-        for file in written.files:
-            typer.echo(file)
-
-
-@app.command()
-def view(
-    mesh: Annotated[
-        Path,
-        typer.Argument(metavar="MESH", show_default=False, help="mesh.vtu or .exf of a result."),
-    ],
-    mask: Annotated[
-        Path | None,
-        typer.Argument(metavar="[MASK]", show_default=False, help="The mask it was made of."),
-    ] = None,
-    port: Annotated[int, typer.Option(metavar="PORT", min=0, max=65535, help="0: any.")] = 0,
-    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open it.")] = False,
-    debug: Debug = False,
-) -> None:
-    """Show a mesh in the browser, with its mask."""
-    with told(debug):
-        with needing("the view needs", "apps"):
-            from heartgen.apps.standalone import view_files
-        view_files(mesh, mask, port, browser=not no_browser)
 
 
 @app.callback(invoke_without_command=True)

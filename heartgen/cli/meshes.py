@@ -1,4 +1,4 @@
-"""The commands for meshes that are there: `rasterize` and `render`."""
+"""The commands for meshes that are there: `convert`, `view`, `rasterize` and `render`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from heartgen.cli.choices import Debug
+from heartgen.cli.choices import Debug, NoBrowser
 from heartgen.cli.commands import app
 from heartgen.cli.outcome import appearing_together, errors, told
 from heartgen.errors import InputError, needing
@@ -18,6 +18,79 @@ Mesh = Annotated[
     Path,
     typer.Argument(metavar="MESH", show_default=False, help="mesh.exf or mesh.vtu of a result."),
 ]
+FittedMask = Annotated[
+    Path | None,
+    typer.Argument(metavar="[MASK]", show_default=False, help="The mask it was fitted to, if any."),
+]
+
+
+@app.command()
+def convert(
+    source: Annotated[
+        Path,
+        typer.Argument(metavar="IN", show_default=False, help="EXF, EX1 or VTU of cubic elements."),
+    ],
+    target: Annotated[
+        Path,
+        typer.Argument(metavar="OUT", show_default=False, help="Its ending says the format."),
+    ],
+    format: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", show_default=False, help="Format, where endings are shared: vtu-bezier."
+        ),
+    ] = None,
+    basis: Annotated[
+        str | None,
+        typer.Option(metavar="hermite|lagrange", show_default=False, help="As in IN if not given."),
+    ] = None,
+    order: Annotated[
+        int, typer.Option(min=1, max=3, help="Of Lagrange elements; below 3 they are resampled.")
+    ] = 3,
+    cells: Annotated[
+        str | None,
+        typer.Option(
+            metavar="hex8|hex20|hex27|tet4|tet10",
+            show_default=False,
+            help="Cells to which the mesh is resampled, for formats of simple cells.",
+        ),
+    ] = None,
+    pieces: Annotated[
+        str | None,
+        typer.Option(
+            metavar="RxCxL",
+            show_default=False,
+            help="Pieces of an element, radial x circumferential x longitudinal.",
+        ),
+    ] = None,
+    debug: Debug = False,
+) -> None:
+    """Write a mesh, with its fields, in another format, and say what is lost."""
+    with told(debug):
+        from heartgen.formats import convert as convert_file
+        from heartgen.options import elements_from_text
+
+        parts = None if pieces is None else elements_from_text(pieces)
+        written = convert_file(source, target, format, basis, order, cells, parts)
+        for note in written.notes:
+            errors.print(note, style="yellow", markup=False, highlight=False, soft_wrap=True)
+        for file in written.files:
+            typer.echo(file)
+
+
+@app.command()
+def view(
+    mesh: Mesh,
+    mask: FittedMask = None,
+    port: Annotated[int, typer.Option(metavar="PORT", min=0, max=65535, help="0: any.")] = 0,
+    no_browser: NoBrowser = False,
+    debug: Debug = False,
+) -> None:
+    """Show a mesh in the browser, with its mask."""
+    with told(debug):
+        with needing("the view needs", "apps"):
+            from heartgen.apps.standalone import view_files
+        view_files(mesh, mask, port, browser=not no_browser)
 
 
 @app.command()
@@ -64,12 +137,7 @@ def rasterize(
 @app.command()
 def render(
     mesh: Mesh,
-    mask: Annotated[
-        Path | None,
-        typer.Argument(
-            metavar="[MASK]", show_default=False, help="The mask it was fitted to, if any."
-        ),
-    ] = None,
+    mask: FittedMask = None,
     out: Annotated[Path, typer.Option("-o", "--out", metavar="PICTURE", help="PNG.")] = Path(
         "mesh.png"
     ),
