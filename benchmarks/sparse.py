@@ -69,9 +69,14 @@ def short_axis(
     return Mask(slices, affine, mask.name)
 
 
+def shown(mask: Mask) -> NDArray[np.intp]:
+    """Which slices of a stack along the third axis carry data, (n,)."""
+    return np.flatnonzero(mask.voxels.any(axis=(0, 1)))
+
+
 def count(mask: Mask) -> int:
-    """Slices with data of a stack that `short_axis` made."""
-    return mask.voxels.shape[2]
+    """Slices with data of a stack."""
+    return len(shown(mask))
 
 
 def breathing(slices: int, deviation: float, seed: int) -> NDArray[np.float64]:
@@ -104,16 +109,17 @@ def with_islands(stack: Mask, chance: np.random.Generator) -> Mask:
 
 def without_middle(stack: Mask, chance: np.random.Generator) -> Mask:
     """Lose a slice in the middle third."""
-    third = count(stack) // 3
+    slices = shown(stack)
+    third = len(slices) // 3
     voxels = stack.voxels.copy()
-    voxels[:, :, third + int(chance.integers(max(third, 1)))] = False
+    voxels[:, :, slices[third + int(chance.integers(max(third, 1)))]] = False
     return replace(stack, voxels=voxels)
 
 
 def gapped(stack: Mask, chance: np.random.Generator) -> Mask:
     """Cut a gap through the outer wall of every other slice."""
     voxels = stack.voxels.copy()
-    for n in range(0, count(stack), 2):
+    for n in shown(stack)[::2]:
         plane = voxels[:, :, n]
         place = np.argwhere(plane)
         centre = place.mean(0)
@@ -132,7 +138,7 @@ def _dotted(
     """Set discs at random places of each slice."""
     voxels = stack.voxels.copy()
     i, j = np.indices(voxels.shape[:2])
-    for n in range(count(stack)):
+    for n in shown(stack):
         places = np.argwhere(where[:, :, n])
         for place in places[chance.integers(len(places), size=dots)]:
             away = np.hypot((i - place[0]) * stack.spacing[0], (j - place[1]) * stack.spacing[1])

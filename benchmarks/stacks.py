@@ -18,7 +18,8 @@ shifts: slices 8 mm apart, each shifted in its plane at random (without mean and
 place and tilt of the heart), with shifts taken back and not: how much of the error that they add
 is taken back, and whether any is added where there are none.
 noise: slices 8 mm apart with a fifth of the pixels at the boundary flipped, with holes, islands, a
-slice missing in the middle, gaps in the wall: successes.
+slice missing in the middle, gaps in the wall: successes. Stacks may be given, too: they are spoiled
+as they are, and have no truth.
 
 Stores what it measures (resumable: only what is missing is fitted).
 """
@@ -104,31 +105,37 @@ def given(job: Row) -> list[Row]:
 def made(job: Row) -> list[Row]:
     """Stacks made of a dense mask: a row each."""
     mask = heartgen.read_mask(job["mask"])
-    dense = analyse(mask)
+    dense = analyse(mask) if mask.stack_axis is None else None
     return [
         {"case": case_of(Path(job["mask"]))} | conditions | fitted(stack, dense, job, choices)
         for conditions, stack, choices in STUDIES[job["what"]][0](mask, job["seed"])
     ]
 
 
-def fitted(stack: Mask, dense: Anatomy, job: Row, choices: Row) -> Row:
+def fitted(stack: Mask, dense: Anatomy | None, job: Row, choices: Row) -> Row:
     """Figures of one fit."""
     try:
         result = heartgen.personalize(stack, lod=job["lod"], **choices_of(job), **choices)
     except HeartgenError as error:
         return {"failure": str(error)}
     report = result.report
-    truth = assess_accuracy(result.mesh, dense.myocardium, dense.wall_volume)
     slices = result.anatomy.slices
-    return {
-        "truth": truth.mean,
-        "sides": float(np.mean([truth.by_surface[s] for s in SIDES if s in truth.by_surface])),
+    return against(result, dense) | {
         "error": report.accuracy.mean,
         "quality": report.quality.mean,
         "valid": report.quality.valid,
         "success": report.success,
         "moved": bool(slices is not None and slices.shifts.any()),
     }
+
+
+def against(result: heartgen.Result, dense: Anatomy | None) -> Row:
+    """Error to the truth, where there is one."""
+    if dense is None:
+        return {"truth": float("nan")}
+    truth = assess_accuracy(result.mesh, dense.myocardium, dense.wall_volume)
+    sides = [truth.by_surface[s] for s in SIDES if s in truth.by_surface]
+    return {"truth": truth.mean, "sides": float(np.mean(sides))}
 
 
 def choices_of(job: Row) -> Row:
@@ -162,7 +169,7 @@ def shifted(mask: Mask, seed: int) -> Any:
 
 def spoiled(mask: Mask, seed: int) -> Any:
     """Slices with one defect each."""
-    stack = short_axis(mask, USUAL)
+    stack = short_axis(mask, USUAL) if mask.stack_axis is None else mask
     for name, spoil in DEFECTS.items():
         yield {"defect": name}, spoil(stack, np.random.default_rng(seed)), {}
 

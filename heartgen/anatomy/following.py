@@ -11,6 +11,7 @@ import numpy as np
 import scipy.ndimage as ndi
 from numpy.typing import NDArray
 from skimage.morphology import disk
+from skimage.segmentation import expand_labels
 
 from heartgen.images.levelset import INSIDE, smooth_indicator
 from heartgen.images.stack import Stack
@@ -82,6 +83,30 @@ def least_second(largest: int) -> float:
     return max(LEAST_POOL, SECOND_POOL * largest)
 
 
+def closing(shape: Pixels, radius: int) -> Pixels:
+    """Closing (nx, ny) by a disc, pixels, which the border of the image does not cut."""
+    ball: Pixels = disk(radius).astype(bool)  # type: ignore[no-untyped-call]
+    inside = (slice(radius, -radius),) * 2
+    return np.asarray(shape | ndi.binary_closing(np.pad(shape, radius), ball)[inside])
+
+
+def grown(shape: Pixels, radius: int) -> Pixels:
+    """Dilation (nx, ny) by a disc, pixels."""
+    return np.asarray(ndi.distance_transform_edt(~shape) <= radius)
+
+
+def behind_gaps(wall: Pixels, radius: int) -> NDArray[np.int32]:
+    """Regions that a wall encloses once its gaps are closed by a disc, without thin channels.
+
+    They are the regions that a disc inside cannot leave (a wall may be a pixel wide, in which a
+    morphological closing closes no gap), grown into the corners that the disc does not reach.
+    """
+    reached, _ = ndi.label(np.pad(~grown(wall, radius), 1, constant_values=True))
+    region = expand_labels(reached, 2 * radius + 1)[1:-1, 1:-1]  # type: ignore[no-untyped-call]
+    inside = (region > 0) & (region != reached[0, 0]) & ~wall
+    return np.asarray(ndi.label(ndi.binary_opening(inside, SQUARE))[0], dtype=np.int32)
+
+
 def _matched(
     wall: Pixels, holes: NDArray[np.int32], last: Pixels, stack: Stack
 ) -> tuple[Pixels, int]:
@@ -94,7 +119,7 @@ def _matched(
             continue
         widest = int(np.ceil(WIDEST_GAP * np.sqrt(area / np.pi)))
         for radius in range(1, widest + 1):
-            behind = _behind_gaps(wall, radius)
+            behind = behind_gaps(wall, radius)
             again = _assigned(behind, last, stack)[p] & ~found.any(0)
             least = min(int(again.sum()), area)
             if least > max(SHRUNK * area, LEAST_POOL) and (
@@ -103,19 +128,6 @@ def _matched(
                 found[p], closed = again, radius
                 break
     return found, closed
-
-
-def _behind_gaps(wall: Pixels, radius: int) -> NDArray[np.int32]:
-    """Regions that a wall encloses once its gaps are closed by a disc, without thin channels."""
-    inside = np.asarray(ndi.binary_fill_holes(_closed(wall, radius)) & ~wall)
-    return np.asarray(ndi.label(ndi.binary_opening(inside, SQUARE))[0], dtype=np.int32)
-
-
-def _closed(shape: Pixels, radius: int) -> Pixels:
-    """Closing by a disc, which the border of the image does not cut."""
-    ball: Pixels = disk(radius).astype(bool)  # type: ignore[no-untyped-call]
-    inside = (slice(radius, -radius),) * 2
-    return np.asarray(shape | ndi.binary_closing(np.pad(shape, radius), ball)[inside])
 
 
 def _assigned(holes: NDArray[np.int32], last: Pixels, stack: Stack) -> Pixels:
@@ -169,4 +181,4 @@ def _joined(pool: Pixels, filled: Pixels) -> Pixels:
         return pool
     radius = int(np.ceil(np.sqrt(pool.sum() / np.pi) / 2))
     inside = np.asarray(ndi.distance_transform_edt(filled)) > CLEARANCE
-    return np.asarray(ndi.binary_fill_holes(pool | (_closed(pool, radius) & inside)))
+    return np.asarray(ndi.binary_fill_holes(pool | (closing(pool, radius) & inside)))

@@ -13,7 +13,15 @@ import scipy.ndimage as ndi
 from numpy.typing import NDArray
 from skimage.morphology import convex_hull_image
 
-from heartgen.anatomy.following import LEAST_POOL, follow_pools, holes_of, least_second
+from heartgen.anatomy.following import (
+    LEAST_POOL,
+    behind_gaps,
+    closing,
+    follow_pools,
+    grown,
+    holes_of,
+    least_second,
+)
 from heartgen.errors import AnatomyError
 from heartgen.images.mask import Finding
 from heartgen.images.stack import Stack, with_border
@@ -26,20 +34,37 @@ ISLAND = 0.05
 SECOND_SLICES = 0.25
 """Share of the slices with a pool in which there must be a second one in a heart with two."""
 
+FAINT = 0.03
+"""Area over that of the largest pool of all slices up to which a hole is none of two pools."""
+
+BROKEN = 3
+"""Pixels: radius of the disc, at most, that closes gaps in the walls of all slices."""
+
 LEAST_SHARE = 0.5
 """Share of the slices in which a short-axis stack shows the left ventricle's pool."""
 
 THIN = 25.0
 """Percentile of the thickness of a wall, over its pixels, that tells it."""
 
+SPECK = 0.02
+"""Area over that of the largest pool up to which what is found in a slice at an end is a hole in
+its wall rather than a pool."""
+
 INCOMPLETE = 2
-"""Slices at the base, at most, that show only a part of the wall."""
+"""Slices at the base, at most, that show only a part of the wall, or of the valves above it."""
 
 WIDE = 0.4
-"""Area of the pool in the uppermost slice, at least, over the largest: there it opens."""
+"""Area of the pool in the uppermost slice, at least, over the largest: there it opens. A smaller
+one that is found behind a gap there is what valves and parts of the wall leave of it."""
 
 SOLID = 0.75
-"""Area of a closed apex, at least, over that of its convex hull."""
+"""Area of a closed apex, at least, over that of its convex hull..."""
+
+COVERED = 0.3
+"""...or share of the pool next to it that it covers, where the apex has holes..."""
+
+NOTCH = 0.3
+"""...and radius of the disc that closes these, over the radius of that pool."""
 
 
 @dataclass(frozen=True)
@@ -100,14 +125,10 @@ def find_sections(stack: Stack, ventricles: str = "auto") -> Sections | None:
     AnatomyError
         If there are too few slices, no cavity, or not what `ventricles` asks for.
     """
-    walls = np.stack([_without_islands(wall) for wall in stack.pixels])
-    holes = [holes_of(wall) for wall in walls]
-    areas = [np.sort(np.bincount(h.ravel())[1:])[::-1] for h in holes]
-    largest = np.array([a[0] if len(a) and a[0] >= LEAST_POOL else 0 for a in areas])
+    walls, holes, largest, second = _enclosed(stack.pixels)
     if not largest.any():
         return None
-    second = np.array([a[1] if len(a) > 1 and a[1] >= least_second(a[0]) else 0 for a in areas])
-    both = np.sum(second > 0) >= max(2, SECOND_SLICES * np.sum(largest > 0))
+    both = _enough(largest, second)
     if both and ventricles == "lv":
         raise AnatomyError(
             "two blood pools found where a left ventricle has one: the mask is biventricular; "
@@ -125,9 +146,46 @@ def find_sections(stack: Stack, ventricles: str = "auto") -> Sections | None:
     return _oriented(stack, walls, pools, gaps)
 
 
-def _without_islands(wall: Pixels) -> Pixels:
-    """A slice without pieces much smaller than the largest."""
-    pieces, count = ndi.label(wall, np.ones((3, 3)))
+def _enclosed(
+    pixels: Pixels,
+) -> tuple[Pixels, list[NDArray[np.int32]], NDArray[np.intp], NDArray[np.intp]]:
+    """Walls without islands, holes in them, and areas (n,) of the two largest in each slice.
+
+    If there are no two pools, one may be open to the outside in all slices, because the right
+    ventricle's wall may be a pixel wide: gaps are closed by the disc that shows two in the most.
+    """
+    found = []
+    for radius in range(BROKEN + 1):
+        walls = np.stack([_without_islands(wall, radius) for wall in pixels])
+        holes = [behind_gaps(wall, radius) if radius else holes_of(wall) for wall in walls]
+        found.append((walls, holes, *_two_largest(holes)))
+        if radius == 0 and _enough(*found[0][2:]):
+            return found[0]
+    best = max(found, key=lambda each: int(np.sum(each[3] > 0)))
+    if _enough(*best[2:]):
+        return best
+    return next((each for each in found if each[2].any()), found[0])
+
+
+def _two_largest(
+    holes: list[NDArray[np.int32]],
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Areas (n,) of the largest and the second pool of each slice; 0 where there is none."""
+    areas = [np.sort(np.bincount(h.ravel(), minlength=3)[1:])[::-1] for h in holes]
+    largest = np.array([a[0] if a[0] >= LEAST_POOL else 0 for a in areas])
+    least = [max(least_second(area), FAINT * largest.max()) for area in largest]
+    second = [a[1] if a[1] >= size else 0 for a, size in zip(areas, least, strict=True)]
+    return largest, np.array(second)
+
+
+def _enough(largest: NDArray[np.intp], second: NDArray[np.intp]) -> bool:
+    """Whether a second pool is seen in enough of the slices that show a pool."""
+    return bool(np.sum(second > 0) >= max(2, SECOND_SLICES * np.sum(largest > 0)))
+
+
+def _without_islands(wall: Pixels, radius: int) -> Pixels:
+    """A slice without pieces much smaller than the largest, once both grow by a disc."""
+    pieces, count = ndi.label(grown(wall, radius) if radius else wall, np.ones((3, 3)))
     sizes = np.bincount(pieces.ravel(), minlength=count + 1)
     sizes[0] = 0
     return np.asarray((sizes >= ISLAND * sizes.max())[pieces] & wall)
@@ -150,18 +208,28 @@ def _thickness(walls: Pixels, pools: Pixels) -> float:
     return first - second
 
 
-def _points_down(hearts: Pixels, area: NDArray[np.intp]) -> bool:
-    """Whether the apex is at the upper end of the slices, told by their pools' areas (n,)."""
-    has = np.flatnonzero(area)
-    if (area[0] > 0) == (area[-1] > 0):
-        return bool(area[has[0]] > area[has[-1]])
-    # One end has no pool: the apex if it is solid, the base if the wall is open there.
-    beyond = hearts[has[0] - 1] if has[0] > 0 else hearts[has[-1] + 1]
+def _points_down(hearts: Pixels, pool: Pixels) -> bool:
+    """Whether the apex is at the upper end of the slices, told by the pool (n, nx, ny) in them."""
+    area = pool.sum(axis=(1, 2))
+    has = np.flatnonzero(area > SPECK * area.max())
+    low, high = has[0], has[-1]
+    if (low == 0) == (high == len(area) - 1):
+        return bool(area[low] > area[high])
+    # One end has no pool: the apex if muscle closes it, the base if the wall is open there.
+    if low > 0:
+        return not _closes(hearts[low - 1], pool[low])
+    return _closes(hearts[high + 1], pool[high])
+
+
+def _closes(beyond: Pixels, pool: Pixels) -> bool:
+    """Whether what the slice beyond the last pool shows is the muscle of an apex."""
     pieces, _ = ndi.label(beyond, np.ones((3, 3)))
     largest = pieces == np.bincount(pieces.ravel())[1:].argmax() + 1
     hull: Pixels = convex_hull_image(largest)  # type: ignore[no-untyped-call]
-    solid = bool(largest.sum() >= SOLID * hull.sum())
-    return solid == bool(has[0] == 0)
+    radius = int(np.ceil(NOTCH * np.sqrt(pool.sum() / np.pi)))
+    filled = ndi.binary_fill_holes(closing(largest, radius))
+    covered = (filled & pool).sum() / pool.sum()
+    return bool(largest.sum() >= SOLID * hull.sum() or covered > COVERED)
 
 
 def _oriented(
@@ -170,18 +238,17 @@ def _oriented(
     """Sections from apex to base, without slices whose pool could not be found."""
     area = pools[0].sum(axis=(1, 2))
     has = np.flatnonzero(area)
-    if _points_down(walls | pools.any(0), area):
+    if _points_down(walls | pools.any(0), pools[0]):
         stack, walls, pools, gaps = stack.reversed(), walls[::-1], pools[:, ::-1], gaps[::-1]
         area = area[::-1]
         has = np.flatnonzero(area)
-    above = len(area) - 1 - has[-1]
-    if (
-        len(has) < LEAST_SHARE * len(area)
-        or above > INCOMPLETE
-        or area[has[-1]] < WIDE * area.max()
-    ):
+    wide = area >= WIDE * area.max()
+    complete = np.flatnonzero((area > 0) & (wide | (gaps == 0)))
+    top = complete[-1]
+    if len(has) < LEAST_SHARE * len(area) or len(area) - 1 - top > INCOMPLETE or not wide[top]:
         return None
-    keep = (area > 0) | (np.arange(len(area)) < has[0])
+    index = np.arange(len(area))
+    keep = ((area > 0) | (index < has[0])) & (index <= top)
     findings = []
     if not keep.all():
         findings.append(

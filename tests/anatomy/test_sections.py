@@ -122,3 +122,40 @@ def test_a_mask_without_pool_is_not_short_axis() -> None:
 def test_what_is_asked_for_must_be_there(both: bool, asked: str) -> None:
     with pytest.raises(AnatomyError, match="blood pool"):
         sections(slices(both=both), asked)
+
+
+def test_valves_above_the_base_are_left_out() -> None:
+    pixels = slices(9)
+    pixels[7] &= J > 62  # a part of the wall, whose gap closes over a smaller pool
+    pixels[8] = disc((30.0, 55.0), 3.0)
+    found, whole = sections(pixels), sections(slices(7))
+    np.testing.assert_array_equal(found.left[:7], whole.left)
+    assert len(found.heart) <= 8
+    assert found.stack.heights[0] == 0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_wall_of_one_pixel_with_gaps_is_seen(seed: int) -> None:
+    pixels = slices()
+    chance = np.random.default_rng(seed)
+    for k in range(2, len(pixels)):
+        radius = 5.0 + 2 * k
+        thin = disc(RIGHT, radius + 1) & ~disc(LEFT, radius + 6)
+        pixels[k] &= disc(LEFT, radius + 6) | thin
+        pixels[k] &= disc(LEFT, radius + 6) | (chance.random(SHAPE) > 0.2)
+    found, whole = sections(pixels), sections(slices())
+    assert found.right is not None
+    assert whole.right is not None
+    for mine, theirs in ((found.left, whole.left), (found.right, whole.right)):
+        assert (mine ^ theirs).sum() < 0.1 * theirs.sum()
+
+
+def test_an_apex_with_a_hole_is_no_base() -> None:
+    pixels = slices(both=False)
+    pixels[0] &= ~disc((LEFT[0] - 7, LEFT[1]), 3.5)  # a notch
+    pixels[1] = False
+    found = sections(np.delete(pixels, 1, axis=0))
+    assert found.stack.heights[0] == 0
+    pixels[0] = disc(LEFT, 10.0) & ~disc(LEFT, 1.5)  # a hole too small to be a pool
+    found = sections(np.delete(pixels, 1, axis=0))
+    assert found.stack.heights[0] == 0
