@@ -17,9 +17,9 @@ distance: slices 4 to 20 mm apart, from two beginnings each, against the dense f
 shifts: slices 8 mm apart, each shifted in its plane at random (without mean and trend, which are
 place and tilt of the heart), with shifts taken back and not: how much of the error that they add
 is taken back, and whether any is added where there are none.
-noise: slices 8 mm apart with a fifth of the pixels at the boundary flipped, with holes, islands, a
-slice missing in the middle, gaps in the wall: successes. Stacks may be given, too: they are spoiled
-as they are, and have no truth.
+noise: slices 8 mm apart, and the dense mask, with a fifth of the pixels at the boundary flipped,
+with holes, islands, a slice missing in the middle, gaps in the wall: successes. Stacks may be given,
+too: they are spoiled as they are, and have no truth.
 
 Stores what it measures (resumable: only what is missing is fitted).
 """
@@ -168,10 +168,15 @@ def shifted(mask: Mask, seed: int) -> Any:
 
 
 def spoiled(mask: Mask, seed: int) -> Any:
-    """Slices with one defect each."""
-    stack = short_axis(mask, USUAL) if mask.stack_axis is None else mask
-    for name, spoil in DEFECTS.items():
-        yield {"defect": name}, spoil(stack, np.random.default_rng(seed)), {}
+    """Slices, and the dense mask, with one defect each, as the reader takes them."""
+    wholes = {"stack": short_axis(mask, USUAL), "dense": mask}
+    if mask.stack_axis is not None:
+        wholes = {"stack": mask}
+    for kind, whole in wholes.items():
+        for name, spoil in DEFECTS.items():
+            bad = spoil(whole, np.random.default_rng(seed))
+            read = heartgen.mask_from_array(bad.voxels, bad.affine, name=bad.name)
+            yield {"defect": name, "of": kind}, read, {}
 
 
 def distance_table(rows: Sequence[Row]) -> str:
@@ -224,7 +229,7 @@ def shifts_table(rows: Sequence[Row]) -> str:
 
 def noise_table(rows: Sequence[Row]) -> str:
     """Successes by defect."""
-    heads = ["defect", "stacks", "error to the truth (mm)", "worst", "to the slices", "Q"]
+    heads = ["defect", "masks", "error to the truth (mm)", "worst", "to the mask", "Q"]
     heads += ["valid", "success"]
     lines = []
     for defect in (*DEFECTS, "all"):
@@ -236,9 +241,11 @@ def noise_table(rows: Sequence[Row]) -> str:
             [defect, len(mine), _median(r, "truth"), worst, *medians, *_counts(r, len(mine))]
         )
     missed = [
-        f"- {r['case']} {r['defect']}: no success" for r in rows if not r.get("success", True)
+        f"- {r['case']} {r['of']} {r['defect']}: no success"
+        for r in rows
+        if not r.get("success", True)
     ]
-    return "\n".join([table(heads, lines), *missed, *_failures(rows, "defect")])
+    return "\n".join([table(heads, lines), *missed, *_failures(rows, "of", "defect")])
 
 
 def _median(rows: Sequence[Row], name: str) -> float:

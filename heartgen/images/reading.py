@@ -31,7 +31,7 @@ from heartgen.images.itk import read_itk
 from heartgen.images.labels import myocardium
 from heartgen.images.mask import Finding, Mask
 from heartgen.images.nifti import read_nifti
-from heartgen.images.repairs import keep_largest, pad_border
+from heartgen.images.repairs import fill_lost_planes, keep_largest, pad_border
 from heartgen.images.schemes import Labelling, find_scheme
 from heartgen.images.ventricles import RV_WALL, VentricleChoice, check_choices, ventricular_walls
 from heartgen.images.volume import LPS_FROM_RAS, Label, Volume
@@ -234,9 +234,10 @@ def _checked(
     assert voxels is not None  # else one of the findings was fatal
     mask = Mask(np.ascontiguousarray(voxels), volume.affine, name)
     if not view:
+        mask, lost = fill_lost_planes(mask)
         mask, dropped = keep_largest(mask)
         scale = check_scale(mask.voxels, mask.affine)
-        seen += report(name, [dropped, check_extent(mask.voxels), scale])
+        seen += report(name, [lost, dropped, check_extent(mask.voxels), scale])
     mask, padded = pad_border(mask)
     return replace(mask, findings=seen + report(name, [padded]))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import scipy.ndimage as ndi
@@ -14,6 +15,12 @@ MARGIN = 2
 """Background voxels put around a heart that touches the border: one closes its surface, the next
 lets central differences see background."""
 
+LOST = 3
+"""Consecutive empty planes inside a dense heart, at most, that are taken for lost ones."""
+
+ALIKE = 0.5
+"""Share of the smaller of the planes beside lost ones, at least, that the other covers."""
+
 LISTED = 6
 """Sizes of pieces named in a message."""
 
@@ -22,6 +29,50 @@ CORNERS = np.ones((3, 3, 3), dtype=bool)
 
 IN_PLANE = np.array([[[0], [1], [0]], [[1], [1], [1]], [[0], [1], [0]]], dtype=bool)
 """Pixels of one slice that share an edge are neighbours, slices are not."""
+
+
+def fill_lost_planes(mask: Mask) -> tuple[Mask, Finding | None]:
+    """Interpolate planes that are empty although the heart goes on at both sides of them.
+
+    They would cut a mask whose voxels fill the heart in two. Signed distances in the planes next
+    to them are interpolated linearly (Raya and Udupa 1990). A stack of slices is left as it is.
+
+    Parameters
+    ----------
+    mask : Mask
+        Not empty.
+
+    Returns
+    -------
+    mask : Mask
+    finding : Finding or None
+        Which planes were filled.
+    """
+    if mask.stack_axis is not None:
+        return mask, None
+    voxels, filled = mask.voxels, []
+    for axis in range(3):
+        carrying = np.flatnonzero(planes_along(voxels, axis))
+        for low, high in pairwise(carrying):
+            below, above = (np.take(voxels, n, axis) for n in (low, high))
+            least = ALIKE * min(below.sum(), above.sum())
+            if not 1 < high - low <= LOST + 1 or (below & above).sum() < least:
+                continue
+            spacing = np.delete(mask.spacing, axis)
+            start, end = (_signed_distance(plane, spacing) for plane in (below, above))
+            voxels = voxels.copy()
+            for n in range(low + 1, high):
+                share = (n - low) / (high - low)
+                np.moveaxis(voxels, axis, 0)[n] = (1 - share) * start + share * end < 0
+                filled.append(f"{'ijk'[axis]} {n}")
+    if not filled:
+        return mask, None
+    finding = Finding(
+        "lost planes",
+        f"The mask is empty in {len(filled)} plane(s) inside the heart ({', '.join(filled)}): they "
+        "were interpolated from their neighbours.",
+    )
+    return replace(mask, voxels=voxels), finding
 
 
 def keep_largest(mask: Mask) -> tuple[Mask, Finding | None]:
@@ -105,3 +156,9 @@ def _pieces(voxels: NDArray[np.bool_], stack_axis: int | None) -> NDArray[np.int
     pieces = np.zeros(slices.shape, dtype=np.int32)
     pieces[..., data] = ndi.label(filled, CORNERS)[0] * slices[..., data]
     return np.moveaxis(pieces, 2, stack_axis)
+
+
+def _signed_distance(shape: NDArray[np.bool_], spacing: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distance of pixels (nx, ny) to the border of a shape in their plane, mm, negative inside."""
+    outside, inside = (ndi.distance_transform_edt(s, sampling=spacing) for s in (~shape, shape))
+    return np.asarray(outside - inside)

@@ -42,6 +42,29 @@ def test_pieces_that_share_a_corner_are_one():
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("lost", [1, 3])
+def test_lost_planes_of_a_dense_heart_are_interpolated(cup, axis, lost):
+    middle = cup.shape[axis] // 2
+    spoilt = cup.copy()
+    np.moveaxis(spoilt, axis, 0)[middle : middle + lost] = 0
+    mask = mask_from_array(spoilt, np.eye(4))
+    assert [f.check for f in mask.findings] == ["lost planes"]
+    assert f"in {lost} plane(s)" in mask.findings[0].message
+    assert f"{'ijk'[axis]} {middle}" in mask.findings[0].message
+    assert (mask.voxels ^ cup.astype(bool)).sum() < 0.03 * cup.sum() * lost
+    assert mask.voxels.sum() > 1.005 * spoilt.sum()
+
+
+def test_planes_between_a_heart_and_an_island_are_not_filled(cup):
+    spoilt = np.pad(cup, 6)
+    last = np.flatnonzero(spoilt.any(axis=(0, 1)))[-1]
+    spoilt[7:9, 7:9, last + 2] = 1
+    mask = mask_from_array(spoilt, np.eye(4))
+    assert [f.check for f in mask.findings] == ["components"]
+    assert mask.voxels.sum() == cup.sum()
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
 def test_slices_of_a_stack_need_not_touch(axis):
     rings = cone((48, 48, 9))
     rings[2, 2, 4] = True
