@@ -18,8 +18,8 @@ shifts: slices 8 mm apart, each shifted in its plane at random (without mean and
 place and tilt of the heart), with shifts taken back and not: how much of the error that they add
 is taken back, and whether any is added where there are none.
 noise: slices 8 mm apart, and the dense mask, with a fifth of the pixels at the boundary flipped,
-with holes, islands, a slice missing in the middle, gaps in the wall: successes. Stacks may be given,
-too: they are spoiled as they are, and have no truth.
+with holes, islands, a slice missing in the middle, gaps in the wall: successes. Stacks may be
+given, too: they are spoiled as they are, and have no truth.
 
 Stores what it measures (resumable: only what is missing is fitted).
 """
