@@ -190,7 +190,7 @@ def refine(
     per_square = 1 / (SCALE * patient.voxel) ** 2
     per_drift = weights.drift / (DRIFT * patient.length) ** 2
     leeway = min(LEEWAY * patient.length, LARGEST_LEEWAY)
-    held = _held(freedom, faces, mesh.topology.parts.get("right ventricle", []))
+    held = held_faces(freedom, faces, mesh.topology.parts.get("right ventricle", []))
     anchor = anchor or mesh
 
     def shape(q: NDArray[np.float64]) -> HexMesh:
@@ -241,7 +241,7 @@ def refine(
     return shape(q)
 
 
-def _held(freedom: Freedom, faces: FaceFreedom, right: ArrayLike) -> NDArray[np.float64]:
+def held_faces(freedom: Freedom, faces: FaceFreedom, right: ArrayLike) -> NDArray[np.float64]:
     """Weight (f,) of movement along the surface: none on the faces of the right ventricle."""
     free = np.isin(faces.faces[:, 0], right)
     shared = np.isin(faces.dofs, np.setdiff1d(faces.dofs[free], [freedom.n])).any(1)
