@@ -42,6 +42,8 @@ OWN = {
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.spill": False,
     "distributed.worker.memory.pause": False,
+    # Nobody looks at what it samples a hundred times a second.
+    "distributed.worker.profile.enabled": False,
     "distributed.deploy.lost-worker-timeout": "5s",
 }
 """Settings of Dask for the processes of this machine; what takes all its memory is still ended."""

@@ -28,8 +28,8 @@ TABLE = "results"
 
 LOCK = ".lock"
 
-INTERVAL = 2.0
-"""Least seconds between two writings of the tables: of a thousand cases, one takes 0.1 s."""
+INTERVAL, SHARE = 2.0, 0.01
+"""Least seconds between two writings of the tables, and share of the time that they may take."""
 
 
 @contextmanager
@@ -101,23 +101,25 @@ class Tables:
     def __init__(self, out: Path | None, jobs: Sequence[Job]) -> None:
         self.out, self.names = out, [job.name for job in jobs]
         self.rows: dict[str, list[Row]] = {}
-        self._written = -INTERVAL
+        self._next = 0.0
 
     def add(self, name: str, rows: list[Row]) -> None:
         """Take in the rows of a job."""
         self.rows[name] = rows
-        if time.monotonic() - self._written >= INTERVAL:
+        if time.monotonic() >= self._next:
             self.write()
 
     def write(self) -> pd.DataFrame:
         """Write the tables, and return what is in them."""
+        start = time.monotonic()
         table = table_of(row for name in self.names for row in self.rows.get(name, ()))
         if self.out is not None:
             with replacing(self.out / f"{TABLE}.csv") as path:
                 table.to_csv(path, index=False)
             with replacing(self.out / f"{TABLE}.parquet") as path:
                 table.to_parquet(path, index=False)
-        self._written = time.monotonic()
+        end = time.monotonic()
+        self._next = end + max(INTERVAL, (end - start) / SHARE)
         return table
 
 
