@@ -73,7 +73,13 @@ def projector(mesh: HexMesh, n: tuple[int, int, int]) -> Projector:
     rows, columns = np.broadcast_arrays(rows, rows.transpose(0, 2, 1))
     block = sp.csr_array((mass.ravel(), (rows.ravel(), columns.ravel())))
     matrix = sp.csc_array(extraction.T @ block @ extraction)
-    factor = spla.splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    # Positive definite: pivots off the diagonal would only undo the ordering, and fill the factors.
+    factor = spla.splu(
+        matrix,
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
     return Projector(
         points=mesh.evaluate(xi).reshape(-1, 3),
         _matrix=matrix,
