@@ -15,7 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from heartgen.mesh.biventricular import right_apex
 from heartgen.mesh.freedom import FaceFreedom, Freedom
@@ -40,10 +40,6 @@ Material points of the left ventricle are anatomy: apex, insertion lines, border
 
 DRIFT = 1 / 90
 """...and the excess that weighs as much as one unit of the quality terms."""
-
-BESIDE = 150.0
-"""How much more movement weighs on the faces of the left ventricle that share degrees of freedom
-with the right one, which pulls them into the groove between free wall and left ventricle."""
 
 SHORTEST = 1e-3
 """Step below which none is made."""
@@ -190,7 +186,8 @@ def refine(
     per_square = 1 / (SCALE * patient.voxel) ** 2
     per_drift = weights.drift / (DRIFT * patient.length) ** 2
     leeway = min(LEEWAY * patient.length, LARGEST_LEEWAY)
-    held = held_faces(freedom, faces, mesh.topology.parts.get("right ventricle", []))
+    free = np.isin(faces.faces[:, 0], mesh.topology.parts.get("right ventricle", []))
+    held = np.where(free, 0.0, 1.0)
     anchor = anchor or mesh
 
     def shape(q: NDArray[np.float64]) -> HexMesh:
@@ -239,13 +236,6 @@ def refine(
                 break
         q = q + length * direction
     return shape(q)
-
-
-def held_faces(freedom: Freedom, faces: FaceFreedom, right: ArrayLike) -> NDArray[np.float64]:
-    """Weight (f,) of movement along the surface: none on the faces of the right ventricle."""
-    free = np.isin(faces.faces[:, 0], right)
-    shared = np.isin(faces.dofs, np.setdiff1d(faces.dofs[free], [freedom.n])).any(1)
-    return np.where(free, 0.0, np.where(shared, BESIDE, 1.0))
 
 
 def _around(freedom: Freedom, firmness: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -16,10 +16,9 @@ from heartgen.mesh import HexMesh
 from heartgen.mesh.freedom import FaceFreedom, Freedom
 from heartgen.mesh.validity import certify
 from heartgen.refinement import Weights, patient_of, refine, weights_for
-from heartgen.refinement.descent import BESIDE, held_faces
 from heartgen.refinement.distances import distance_blocks, from_patient, to_patient
 from heartgen.refinement.elements import Elements
-from heartgen.templates import biventricular_template, lv_template
+from heartgen.templates import lv_template
 
 STEP = 1e-5
 
@@ -173,18 +172,3 @@ def test_progress_can_cancel(anatomy: Anatomy, template: HexMesh) -> None:
 
     with pytest.raises(StopNowError):
         refine(template, patient_of(anatomy), Weights(), progress=stop)
-
-
-def test_the_left_ventricle_is_held_and_most_firmly_beside_the_right_one() -> None:
-    topology = biventricular_template(analyse(samples.biv(2.5).mask), (2, 9, 8)).topology
-    freedom = Freedom(topology)
-    faces = FaceFreedom(freedom, topology)
-    right = np.isin(faces.faces[:, 0], topology.parts["right ventricle"])
-    weight = held_faces(freedom, faces, topology.parts["right ventricle"])
-    assert not weight[right].any()
-    touching = np.array([np.isin(f[f < freedom.n], faces.dofs[right]).any() for f in faces.dofs])
-    assert (weight[~right & touching] == BESIDE).all()
-    assert (weight[~right & ~touching] == 1).all()
-    assert 0 < (~right & touching).sum() < (~right).sum()
-    alone = held_faces(freedom, faces, [])
-    assert (alone == 1).all()
