@@ -6,7 +6,7 @@ the wall. What is minimised: the squared distances between mesh and patient in b
 mean over the elements of the variance of log det J, which is zero for elements of one constant
 Jacobian and infinite for folded ones, so that it is its own barrier; the cosines between the
 elements' directions, so that even Jacobians are not bought with shear; and the bending of each
-step and the movement along the surface, so that nodes slide rather than drift.
+step and how far material points of the left ventricle move, so that nodes slide but do not drift.
 """
 
 from __future__ import annotations
@@ -35,11 +35,21 @@ SCALE = 0.3
 """Distance that weighs as much as one unit of the quality terms, voxels."""
 
 LEEWAY, LARGEST_LEEWAY = 1 / 38, 2.4
-"""Movement along the surface that is free, over the length of the ventricle, and mm at most...
+"""Movement that is free, over the length of the ventricle, and mm at most...
 Material points of the left ventricle are anatomy: apex, insertion lines, borders of segments."""
 
 DRIFT = 1 / 90
 """...and the excess that weighs as much as one unit of the quality terms."""
+
+FARTHEST, FARTHEST_OF_ALL = 1 / 26, 2.85
+"""Movement, over the length of the ventricle, and mm at most, beyond which a face is held: from
+step to step its movement weighs more..."""
+
+STIFFENING = 2.0
+"""...by this power of its largest excess over the allowed one."""
+
+YIELDING = 8.0
+"""Firmness from which elements are held less: those that still fold then do so at their anchor."""
 
 SHORTEST = 1e-3
 """Step below which none is made."""
@@ -64,7 +74,7 @@ class Weights:
     bending : float
         Squared second derivatives of a step over the elements' squared sizes.
     drift : float
-        Squared movement along the surface beyond the leeway, in units of `DRIFT`.
+        Squared movement beyond the leeway, in units of `DRIFT`.
     cut : float
         Distances at the base and at an apical hole, relative to those elsewhere.
     right_apex : float
@@ -187,8 +197,12 @@ def refine(
     per_drift = weights.drift / (DRIFT * patient.length) ** 2
     leeway = min(LEEWAY * patient.length, LARGEST_LEEWAY)
     free = np.isin(faces.faces[:, 0], mesh.topology.parts.get("right ventricle", []))
-    held = np.where(free, 0.0, 1.0)
+    yielding = np.minimum(1, YIELDING / _around(freedom, firmness)[faces.faces[:, 0]])
+    held = np.where(free, 0.0, yielding)
     anchor = anchor or mesh
+    # A face that lies farther from the patient must move as far.
+    farthest = to_patient(anchor, faces, patient, weights.cut).largest(len(held))
+    farthest = np.maximum(farthest, min(FARTHEST * patient.length, FARTHEST_OF_ALL))
 
     def shape(q: NDArray[np.float64]) -> HexMesh:
         return mesh.with_dofs(np.asarray(freedom.straight @ q))
@@ -200,7 +214,9 @@ def refine(
         points = patient.few if step < steps - FULL_STEPS else patient.points
         inward = from_patient(shape(q), faces, points, patient.voxel).trusted(trust)
         state = elements.state(q)
-        slid = drift(shape(q), anchor, faces, leeway).trusted(held)
+        slid = drift(shape(q), anchor, faces, leeway)
+        held = held * np.maximum(slid.largest(len(held)) / (farthest - leeway), 1) ** (STIFFENING * yielding)
+        slid = slid.trusted(held)
         blocks = [
             elements.blocks(q, state, weights.spread, weights.shear, weights.bending),
             distance_blocks(faces, [outward, inward], per_square),
@@ -214,6 +230,7 @@ def refine(
             q: NDArray[np.float64],
             back: NDArray[np.float64],
             unfolding: bool = unfolding,
+            held: NDArray[np.float64] = held,
             weight: NDArray[np.float64] = inward.weight,
             stiff: NDArray[np.float64] = stiff,
         ) -> float:

@@ -59,6 +59,12 @@ class Distances:
         """Weighted mean squared distance, mm^2 (the weights have sum 1, or more at the base)."""
         return float(self.weight @ self.value**2)
 
+    def largest(self, n: int) -> NDArray[np.float64]:
+        """Largest distance (n,) on each of n faces, mm."""
+        out = np.zeros(n)
+        np.maximum.at(out, self.face, np.abs(self.value))
+        return out
+
     def trusted(self, trust: NDArray[np.float64]) -> Distances:
         """Return the same with the weights multiplied by a factor (f,) for each face."""
         return replace(self, weight=self.weight * trust[self.face])
@@ -163,15 +169,14 @@ def misfit(mesh: HexMesh, patient: Patient) -> float:
 
 
 def drift(mesh: HexMesh, anchor: HexMesh, faces: FaceFreedom, leeway: float) -> Distances:
-    """Movement from the anchor along the surface beyond a leeway, mm, at samples of the faces."""
-    uv, w = gauss_square(FACE_SAMPLES)
+    """Movement from the anchor beyond a leeway, mm, at samples of the faces and of their edges."""
+    t = np.linspace(0, 1, FACE_SAMPLES)
+    uv = np.stack(np.meshgrid(t, t), -1).reshape(-1, 2)
     basis = tabulate_face(uv)
     control = faces.control(mesh)
     moved = np.matmul(basis, control - faces.control(anchor))
-    normal = np.cross(*(np.matmul(tabulate_face(uv, d), control) for d in ((1, 0), (0, 1))))
-    area = np.linalg.norm(normal, axis=-1) * w
-    normal = _unit(normal)
-    moved -= np.sum(moved * normal, axis=-1, keepdims=True) * normal
+    tangents = [np.matmul(tabulate_face(uv, d), control) for d in ((1, 0), (0, 1))]
+    area = np.linalg.norm(np.cross(*tangents), axis=-1)
     beyond = np.linalg.norm(moved, axis=-1) - leeway
     return Distances(
         np.repeat(np.arange(len(control)), len(uv)),

@@ -16,7 +16,8 @@ from heartgen.mesh import HexMesh
 from heartgen.mesh.freedom import FaceFreedom, Freedom
 from heartgen.mesh.validity import certify
 from heartgen.refinement import Weights, patient_of, refine, weights_for
-from heartgen.refinement.distances import distance_blocks, from_patient, to_patient
+from heartgen.refinement.descent import FARTHEST, FARTHEST_OF_ALL
+from heartgen.refinement.distances import distance_blocks, drift, from_patient, to_patient
 from heartgen.refinement.elements import Elements
 from heartgen.templates import lv_template
 
@@ -107,6 +108,41 @@ def test_gradient_of_the_distances(anatomy: Anatomy, template: HexMesh) -> None:
         len(blocks.dofs), -1
     )
     assert 2 * np.sum(padded * blocks.gradient) == pytest.approx(slope, rel=1e-4)
+
+
+def test_gradient_of_the_movement(template: HexMesh) -> None:
+    freedom = Freedom(template.topology)
+    faces = FaceFreedom(freedom, template.topology)
+    rng = np.random.default_rng(0)
+    start, direction = rng.standard_normal((2, freedom.n, 3))
+    start *= 3
+    moved = template.with_dofs(template.dofs + freedom.straight @ start)
+
+    def energy(t: float) -> float:
+        further = moved.with_dofs(moved.dofs + freedom.straight @ (t * direction))
+        return float(d.weight @ drift(further, template, faces, 0.5).value ** 2)
+
+    d = drift(moved, template, faces, 0.5)
+    assert (d.value > 0).any()
+    slope = (energy(STEP) - energy(-STEP)) / (2 * STEP)
+    blocks = distance_blocks(faces, [d], 1.0)
+    padded = np.concatenate([direction, np.zeros((1, 3))])[blocks.dofs].reshape(
+        len(blocks.dofs), -1
+    )
+    assert 2 * np.sum(padded * blocks.gradient) == pytest.approx(slope, rel=1e-4)
+
+
+def test_material_points_keep_near_their_anchor(anatomy: Anatomy, template: HexMesh) -> None:
+    spin, origin = np.eye(4), anatomy.frame[:3, 3]
+    spin[:3, :3] = Rotation.from_rotvec(0.2 * anatomy.frame[:3, 2]).as_matrix()
+    spin[:3, 3] = origin - spin[:3, :3] @ origin
+    anchor = template.transformed(spin)
+    refined = refine(template, patient_of(anatomy), weights_for(3, 1.0), anchor=anchor)
+    faces = FaceFreedom(Freedom(template.topology), template.topology)
+    before, after = (drift(m, anchor, faces, 0.0).value.max() for m in (template, refined))
+    limit = min(FARTHEST * anatomy.length, FARTHEST_OF_ALL)
+    assert before > 1.5 * limit
+    assert after < 1.05 * limit
 
 
 def test_distances_from_the_patient_are_those_to_the_tangent_planes(
