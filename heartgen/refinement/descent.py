@@ -215,7 +215,8 @@ def refine(
         inward = from_patient(shape(q), faces, points, patient.voxel).trusted(trust)
         state = elements.state(q)
         slid = drift(shape(q), anchor, faces, leeway)
-        held = held * np.maximum(slid.largest(len(held)) / (farthest - leeway), 1) ** (STIFFENING * yielding)
+        excess = slid.largest(len(held)) / (farthest - leeway)
+        held = held * np.maximum(excess, 1) ** (STIFFENING * yielding)
         slid = slid.trusted(held)
         blocks = [
             elements.blocks(q, state, weights.spread, weights.shear, weights.bending),
