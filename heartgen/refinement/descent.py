@@ -43,10 +43,7 @@ DRIFT = 1 / 90
 
 FARTHEST, FARTHEST_OF_ALL = 1 / 26, 2.85
 """Movement, over the length of the ventricle, and mm at most, beyond which a face is held: from
-step to step its movement weighs more..."""
-
-STIFFENING = 2.0
-"""...by this power of its largest excess over the allowed one."""
+step to step its movement weighs more."""
 
 YIELDING = 8.0
 """Firmness from which elements are held less: those that still fold then do so at their anchor."""
@@ -75,6 +72,8 @@ class Weights:
         Squared second derivatives of a step over the elements' squared sizes.
     drift : float
         Squared movement beyond the leeway, in units of `DRIFT`.
+    stiffening : float
+        Power of the excess over the farthest movement by which a face's movement weighs more.
     cut : float
         Distances at the base and at an apical hole, relative to those elsewhere.
     right_apex : float
@@ -87,6 +86,7 @@ class Weights:
     shear: float = 8.5
     bending: float = 0.05
     drift: float = 40.0
+    stiffening: float = 2.0
     cut: float = 5.0
     right_apex: float = 1.0
     apex: float = 3.0
@@ -106,6 +106,9 @@ template, onto the round one of the anatomy: its elements alone would rather sta
 SPARSE = Weights(spread=85.0, shear=65.0)
 """Weights for two ventricles in a stack of slices. Those are met closely whatever lies between:
 there is room for better elements."""
+
+LOOSE = 0.0
+"""Stiffening in a stack, whose registration is too coarse to be an anchor."""
 
 
 def weights_for(
@@ -149,6 +152,7 @@ def weights_for(
         plain,
         spread=factor * plain.spread,
         shear=factor * plain.shear,
+        stiffening=LOOSE if stack else plain.stiffening,
         right_apex=ROUNDED if insertion == "rounded" else 1.0,
     )
 
@@ -216,7 +220,7 @@ def refine(
         state = elements.state(q)
         slid = drift(shape(q), anchor, faces, leeway)
         excess = slid.largest(len(held)) / (farthest - leeway)
-        held = held * np.maximum(excess, 1) ** (STIFFENING * yielding)
+        held = held * np.maximum(excess, 1) ** (weights.stiffening * yielding)
         slid = slid.trusted(held)
         blocks = [
             elements.blocks(q, state, weights.spread, weights.shear, weights.bending),
