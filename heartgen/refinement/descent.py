@@ -41,9 +41,12 @@ Material points of the left ventricle are anatomy: apex, insertion lines, border
 DRIFT = 1 / 90
 """...and the excess that weighs as much as one unit of the quality terms."""
 
-FARTHEST, FARTHEST_OF_ALL = 1 / 26, 2.85
+FARTHEST, FARTHEST_OF_ALL = 1 / 30, 2.85
 """Movement, over the length of the ventricle, and mm at most, beyond which a face is held: from
 step to step its movement weighs more."""
+
+FIRMLY = 100.0
+"""Largest factor by which it weighs more."""
 
 YIELDING = 8.0
 """Firmness from which elements are held less: those that still fold then do so at their anchor."""
@@ -95,7 +98,7 @@ class Weights:
 SHEARED = Weights(spread=30.0, shear=48.0)
 """Weights for two ventricles: the corners of the right one would be paid for with shear."""
 
-USUAL_COLUMNS, WIDER = 12, 2.5
+USUAL_COLUMNS, WIDER = 12, 2.8
 """Elements around the left ventricle that those are for, and power of their width with which the
 weights grow where there are fewer: wide elements bend more, and accuracy would cost quality."""
 
@@ -202,7 +205,7 @@ def refine(
     leeway = min(LEEWAY * patient.length, LARGEST_LEEWAY)
     free = np.isin(faces.faces[:, 0], mesh.topology.parts.get("right ventricle", []))
     yielding = np.minimum(1, YIELDING / _around(freedom, firmness)[faces.faces[:, 0]])
-    held = np.where(free, 0.0, yielding)
+    held = np.where(free, 0.0, 1.0)
     anchor = anchor or mesh
     # A face that lies farther from the patient must move as far.
     farthest = to_patient(anchor, faces, patient, weights.cut).largest(len(held))
@@ -220,7 +223,8 @@ def refine(
         state = elements.state(q)
         slid = drift(shape(q), anchor, faces, leeway)
         excess = slid.largest(len(held)) / (farthest - leeway)
-        held = held * np.maximum(excess, 1) ** (weights.stiffening * yielding)
+        growth = np.maximum(excess, 1) ** (weights.stiffening * yielding)
+        held = np.minimum(held * growth, FIRMLY)
         slid = slid.trusted(held)
         blocks = [
             elements.blocks(q, state, weights.spread, weights.shear, weights.bending),

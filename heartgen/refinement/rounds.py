@@ -32,6 +32,9 @@ too high is not refined more closely than the level above it."""
 EASIEST = 0.5
 """Smallest weight of quality, over that of the round before."""
 
+WORTHWHILE = 0.25
+"""Least share of the excess that easing must take: what firm elements miss, quality cannot give."""
+
 MARGIN = 0.995
 """Misfit aimed at, over that allowed."""
 
@@ -68,12 +71,19 @@ def refine_in_rounds(
     firmness = np.ones(mesh.n_elements)
     anchor = mesh
     enough = no_worse * misfit(mesh, patient) if np.isfinite(no_worse) else np.inf
-    for _ in range(EASIER_ROUNDS):
-        mesh, valid = _made_valid(mesh, patient, weights, firmness, anchor, progress)
-        if not valid or np.isinf(enough) or (reached := misfit(mesh, patient)) <= enough:
+    mesh, valid = _made_valid(mesh, patient, weights, firmness, anchor, progress)
+    reached = misfit(mesh, patient) if np.isfinite(enough) else 0.0
+    for _ in range(EASIER_ROUNDS - 1):
+        if not valid or reached <= enough:
             break
         eased = max(EASIEST, (MARGIN * enough / reached) ** EASING)
         weights = replace(weights, spread=weights.spread * eased)
+        firmer = firmness.copy()
+        easier, proven = _made_valid(mesh, patient, weights, firmer, anchor, progress)
+        closer = misfit(easier, patient)
+        if not proven or reached - closer < WORTHWHILE * (reached - enough):
+            break
+        mesh, reached, firmness = easier, closer, firmer
     return mesh, int(np.sum(firmness > 1)), valid
 
 
