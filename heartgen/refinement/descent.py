@@ -45,7 +45,7 @@ FARTHEST, FARTHEST_OF_ALL = 1 / 30, 2.85
 """Movement, over the length of the ventricle, and mm at most, beyond which a face is held: from
 step to step its movement weighs more."""
 
-FIRMLY = 100.0
+MOST_HELD = 100.0
 """Largest factor by which it weighs more."""
 
 YIELDING = 8.0
@@ -195,7 +195,8 @@ def refine(
     faces = FaceFreedom(freedom, mesh.topology)
     firmness = np.ones(mesh.n_elements) if firmness is None else firmness
     elements = Elements(freedom, mesh.topology, firmness)
-    trust = 1 / _around(freedom, firmness)
+    around = _around(freedom, firmness)
+    trust = 1 / around
     trust[right_apex(mesh.topology)] *= weights.right_apex
     trust[mesh.topology.index[:, 2] == 0] *= weights.apex
     trust = trust[faces.faces[:, 0]]
@@ -204,7 +205,7 @@ def refine(
     per_drift = weights.drift / (DRIFT * patient.length) ** 2
     leeway = min(LEEWAY * patient.length, LARGEST_LEEWAY)
     free = np.isin(faces.faces[:, 0], mesh.topology.parts.get("right ventricle", []))
-    yielding = np.minimum(1, YIELDING / _around(freedom, firmness)[faces.faces[:, 0]])
+    yielding = np.minimum(1, YIELDING / around[faces.faces[:, 0]])
     held = np.where(free, 0.0, 1.0)
     anchor = anchor or mesh
     # A face that lies farther from the patient must move as far.
@@ -224,7 +225,7 @@ def refine(
         slid = drift(shape(q), anchor, faces, leeway)
         excess = slid.largest(len(held)) / (farthest - leeway)
         growth = np.maximum(excess, 1) ** (weights.stiffening * yielding)
-        held = np.minimum(held * growth, FIRMLY)
+        held = np.minimum(held * growth, MOST_HELD)
         slid = slid.trusted(held)
         blocks = [
             elements.blocks(q, state, weights.spread, weights.shear, weights.bending),
