@@ -24,13 +24,13 @@ def fallen_back(wanted: int, level: int) -> tuple[Finding, ...]:
     return (Finding("level of detail", message),)
 
 
-def made_firmer(elements: int) -> tuple[Finding, ...]:
+def fitted_less(elements: int) -> tuple[Finding, ...]:
     """Tell when accuracy had to be given up for validity.
 
     Parameters
     ----------
     elements : int
-        How many were made firmer.
+        How many were fitted less closely than the others.
 
     Returns
     -------

@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 from heartgen.anatomy import Anatomy, Cone, analyse_under, cone_through, with_hole, with_views
 from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.clock import Clock, Progress
-from heartgen.concessions import fallen_back, made_firmer
+from heartgen.concessions import fallen_back, fitted_less
 from heartgen.enhancement import enhance
 from heartgen.errors import InputError
 from heartgen.fields import FIELDS, FibreRule, clinical_indices, make_fields
@@ -274,7 +274,7 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
     with clock.step("enhancement"):
         enhanced = enhance(warped) if options.enhance else warped
     with clock.step("refinement") as done:
-        mesh, firmer = _refined(enhanced, anatomy, options, done)
+        mesh, special = _refined(enhanced, anatomy, options, done)
     if options.basis == "lagrange":
         mesh = mesh.to_lagrange()
     with clock.step("assessment"):
@@ -302,7 +302,7 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
         findings=start.mask.findings
         + anatomy.findings
         + fallen_back(len(deformations), level)
-        + made_firmer(firmer),
+        + fitted_less(special),
         seconds=clock.seconds,
     )
     return Personalization(
@@ -346,7 +346,7 @@ def _deepest_valid(
 def _refined(
     mesh: HexMesh, anatomy: Anatomy, options: Options, done: Callable[[float], None]
 ) -> tuple[HexMesh, int]:
-    """Refined mesh, and how many elements had to become firmer to be valid."""
+    """Refined mesh, and how many elements had to become special to be valid."""
     if not options.refine:
         return mesh, 0
     weights = weights_for(
@@ -360,7 +360,7 @@ def _refined(
     no_worse = NO_WORSE if options.lod > REFINED_PASSES else 1.0
     if options.quality > 1 or anatomy.slices is not None:
         no_worse = np.inf  # who turns the dial up asks for it; a stack shows little of the surface
-    mesh, firmer, valid = refine_in_rounds(mesh, patient_of(anatomy), weights, no_worse, done)
+    mesh, special, valid = refine_in_rounds(mesh, patient_of(anatomy), weights, no_worse, done)
     if options.interior == "relaxed" and valid:
         mesh = relax(mesh)
-    return mesh, firmer
+    return mesh, special

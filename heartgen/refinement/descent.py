@@ -23,7 +23,7 @@ from heartgen.mesh.hexmesh import HexMesh
 from heartgen.options import Insertion
 from heartgen.refinement.assembly import Assembler
 from heartgen.refinement.distances import changes, distance_blocks, drift, from_patient, to_patient
-from heartgen.refinement.elements import Elements
+from heartgen.refinement.elements import Care, Elements, usual_care
 from heartgen.refinement.patient import Patient
 
 STEPS = 10
@@ -165,7 +165,7 @@ def refine(
     patient: Patient,
     weights: Weights,
     steps: int = STEPS,
-    firmness: NDArray[np.float64] | None = None,
+    care: Care | None = None,
     anchor: HexMesh | None = None,
     progress: Callable[[float], None] = lambda done: None,
 ) -> HexMesh:
@@ -179,8 +179,8 @@ def refine(
     weights : Weights
     steps : int
         Gauss-Newton steps.
-    firmness : (e,) float64, optional
-        1 for every element; more for those that are to be held straight and fitted less closely.
+    care : Care, optional
+        What keeps elements that would fold from it.
     anchor : HexMesh, optional
         The mesh whose material points are to be kept; by default `mesh` itself.
     progress : callable
@@ -193,9 +193,9 @@ def refine(
     """
     freedom = Freedom(mesh.topology)
     faces = FaceFreedom(freedom, mesh.topology)
-    firmness = np.ones(mesh.n_elements) if firmness is None else firmness
-    elements = Elements(freedom, mesh.topology, firmness)
-    around = _around(freedom, firmness)
+    care = care or usual_care(mesh.n_elements)
+    elements = Elements(freedom, mesh.topology, care)
+    around = _around(freedom, care.firmness)
     trust = 1 / around
     trust[right_apex(mesh.topology)] *= weights.right_apex
     trust[mesh.topology.index[:, 2] == 0] *= weights.apex

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +15,15 @@ from heartgen.refinement.assembly import Blocks
 
 Array = NDArray[np.float64]
 
-GUARD_WEIGHT = 0.1
-"""Weight of the corners and edges of the elements against their inside: where folds begin."""
+GUARD_WEIGHT, MOST_GUARDED = 0.1, 0.5
+"""Weight of the corners and edges of the elements against their inside, where folds begin; and
+the most of it, in elements that were folded."""
 
 GUARDS = 3
 """Guard points along an edge of an element..."""
 
-CLOSE_GUARDS = 5
-"""...and in a mesh that folded between them."""
+CLOSE_GUARDS = 7
+"""...and in a mesh that folded between them. They crowd towards the corners, as folds do."""
 
 PAIRS = ((0, 1), (1, 2), (2, 0))
 
@@ -36,6 +37,36 @@ SHEAR_GAUSS = 3
 """Quadrature points per direction for the angles between the elements' directions."""
 
 SECOND = ((2, 0, 0), (0, 2, 0), (1, 1, 0))
+
+
+@dataclass(frozen=True)
+class Care:
+    """What keeps elements from folding between the guard points.
+
+    Attributes
+    ----------
+    emphasis : (e,) float64
+        Weight of an element's quality over that of others, and most at its guard points.
+    firmness : (e,) float64
+        1, or more for elements that are to be held straight and fitted less closely.
+    """
+
+    emphasis: NDArray[np.float64]
+    firmness: NDArray[np.float64]
+
+    @property
+    def special(self) -> int:
+        """Number of elements that get more than the usual."""
+        return int(np.sum((self.emphasis > 1) | (self.firmness > 1)))
+
+    def with_more(self, remedy: str, factor: NDArray[np.float64]) -> Care:
+        """Return the same with one of the two multiplied by factors (e,)."""
+        return replace(self, **{remedy: getattr(self, remedy) * factor})
+
+
+def usual_care(n: int) -> Care:
+    """Care of n elements none of which has folded."""
+    return Care(np.ones(n), np.ones(n))
 
 
 @dataclass(frozen=True)
@@ -73,21 +104,21 @@ class State:
 class Elements:
     """Quality terms of a topology as functions of its free degrees of freedom.
 
-    Elements of a firmness (e,) above 1, because they folded between the guard points, are held
-    straight; the guard points of all then stand closer.
+    The guard points stand closer once an element has needed special care.
     """
 
-    def __init__(self, freedom: Freedom, topology: Topology, firmness: NDArray[np.float64]) -> None:
+    def __init__(self, freedom: Freedom, topology: Topology, care: Care) -> None:
         e = topology.n_elements
         self.freedom = freedom
-        self.share = np.full(e, 1 / e)
-        self.stiffness = (firmness - 1) / e
-        xi, weights = _points(CLOSE_GUARDS if self.stiffness.any() else GUARDS)
+        self.share = care.emphasis / e
+        self.stiffness = (care.firmness - 1) / e
+        xi, weights, guards = _points(CLOSE_GUARDS if care.special else GUARDS)
         self.slopes = [freedom.functions(xi, _unit(d)) for d in range(3)]
         inner, self.inner_weights = gauss_cube((SHEAR_GAUSS,) * 3)
         self.inner_slopes = [freedom.functions(inner, _unit(d)) for d in range(3)]
         self.second = [freedom.functions(inner, d) for d in SECOND]
-        self.use = np.tile(weights, (e, 1))
+        guarded = np.minimum(GUARD_WEIGHT * care.emphasis, MOST_GUARDED)[:, None]
+        self.use = (1 - guarded) * weights + guarded * guards
         at_pole = np.flatnonzero(xi[:, 1] == 0)
         self.use[np.ix_(topology.collapsed[:, 0], at_pole)] = 0
         self.use /= self.use.sum(1, keepdims=True)
@@ -199,14 +230,20 @@ class Elements:
         return np.asarray(sum(squares))
 
 
-def _points(guards: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Gauss points, and with little weight a grid of guard points on an element's faces."""
+def _points(
+    guards: int,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Gauss points and a grid of guard points on an element's faces; the weights of either."""
     inner, weights = gauss_cube((QUALITY_GAUSS,) * 3)
-    t = np.linspace(0, 1, guards)
+    t = (1 - np.cos(np.linspace(0, np.pi, guards))) / 2
     guard = np.stack(np.meshgrid(t, t, t, indexing="ij"), -1).reshape(-1, 3)
     guard = guard[np.any((guard == 0) | (guard == 1), axis=1)]
-    extra = np.full(len(guard), GUARD_WEIGHT / len(guard))
-    return np.concatenate([inner, guard]), np.concatenate([(1 - GUARD_WEIGHT) * weights, extra])
+    even = np.full(len(guard), 1 / len(guard))
+    return (
+        np.concatenate([inner, guard]),
+        np.concatenate([weights, np.zeros(len(guard))]),
+        np.concatenate([np.zeros(len(inner)), even]),
+    )
 
 
 def _unit(direction: int) -> tuple[int, int, int]:

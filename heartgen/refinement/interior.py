@@ -14,7 +14,7 @@ from heartgen.mesh.hexmesh import COEFFICIENTS, HexMesh, Topology
 from heartgen.mesh.surfaces import face_coefficients
 from heartgen.mesh.validity import certify
 from heartgen.refinement.assembly import Assembler, Blocks
-from heartgen.refinement.elements import Elements
+from heartgen.refinement.elements import Elements, usual_care
 
 SPREAD, SHEAR, SHEAR_OF_TWO = 45.0, 15.0, 60.0
 """Weights of the variance of log det J, and of the squared cosines between directions, in meshes of
@@ -62,7 +62,7 @@ def _optimised(mesh: HexMesh, shear: float) -> NDArray[np.float64]:
     inner = np.ones(freedom.n + 1, dtype=bool)
     inner[_of_surfaces(mesh.topology)] = False
     movable = np.where(inner[freedom.dofs], freedom.dofs, freedom.n)
-    elements = Elements(freedom, mesh.topology, np.ones(mesh.n_elements))
+    elements = Elements(freedom, mesh.topology, usual_care(mesh.n_elements))
     assembler = Assembler([movable], freedom.n)
 
     def energy(q: NDArray[np.float64]) -> float:

@@ -6,20 +6,21 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.validity import certify
 from heartgen.refinement.descent import Weights, refine
 from heartgen.refinement.distances import misfit
+from heartgen.refinement.elements import Care, usual_care
 from heartgen.refinement.patient import Patient
 
-FIRMER = 2.0
-"""Factor by which an element that is not proven valid becomes firmer after the first round; after
-the second it is twice that, after the third three times, ..."""
+REMEDIES = {"emphasis": 4, "firmness": 9}
+"""What elements that are not proven valid get more of from round to round, and for how many.
+Emphasis costs little accuracy, but where many neighbours fold it only passes the folds around."""
 
-FIRMER_ROUNDS = 10
-"""Rounds in which elements may become firmer."""
+GROWTH = 2.0
+"""Factor by which they get more after the first round; after the second it is twice that, after
+the third three times, ..."""
 
 EASIER_ROUNDS = 4
 """Rounds in which quality may get less weight than in the round before."""
@@ -63,43 +64,51 @@ def refine_in_rounds(
     -------
     refined : HexMesh
         Same topology, straight across the wall.
-    firmer : int
+    special : int
         Elements that had to be fitted less closely.
     valid : bool
         Whether all elements are proven valid.
     """
-    firmness = np.ones(mesh.n_elements)
+    care = usual_care(mesh.n_elements)
     anchor = mesh
     enough = no_worse * misfit(mesh, patient) if np.isfinite(no_worse) else np.inf
-    mesh, valid = _made_valid(mesh, patient, weights, firmness, anchor, progress)
+    mesh, care, valid = _made_valid(mesh, patient, weights, care, anchor, progress)
     reached = misfit(mesh, patient) if np.isfinite(enough) else 0.0
     for _ in range(EASIER_ROUNDS - 1):
         if not valid or reached <= enough:
             break
         eased = max(EASIEST, (MARGIN * enough / reached) ** EASING)
         weights = replace(weights, spread=weights.spread * eased)
-        firmer = firmness.copy()
-        easier, proven = _made_valid(mesh, patient, weights, firmer, anchor, progress)
+        easier, more, proven = _made_valid(mesh, patient, weights, care, anchor, progress)
         closer = misfit(easier, patient)
         if not proven or reached - closer < WORTHWHILE * (reached - enough):
             break
-        mesh, reached, firmness = easier, closer, firmer
-    return mesh, int(np.sum(firmness > 1)), valid
+        mesh, reached, care = easier, closer, more
+    return mesh, care.special, valid
 
 
 def _made_valid(
     mesh: HexMesh,
     patient: Patient,
     weights: Weights,
-    firmness: NDArray[np.float64],
+    care: Care,
     anchor: HexMesh,
     progress: Callable[[float], None],
-) -> tuple[HexMesh, bool]:
-    """Refined mesh, and whether it is valid; elements that are not become firmer, in place."""
-    for number in range(1, FIRMER_ROUNDS + 1):
-        mesh = refine(mesh, patient, weights, firmness=firmness, anchor=anchor, progress=progress)
-        valid = certify(mesh).valid
-        if valid.all():
-            return mesh, True
-        firmness[~valid] *= number * FIRMER
-    return mesh, False
+) -> tuple[HexMesh, Care, bool]:
+    """Refined mesh, the care that it took, and whether it is valid.
+
+    Each remedy starts anew: what much of another has done to the neighbours is hard to undo.
+    """
+    refined = refine(mesh, patient, weights, care=care, anchor=anchor, progress=progress)
+    folded = ~certify(refined).valid
+    if not folded.any():
+        return refined, care, True
+    for remedy, rounds in REMEDIES.items():
+        mesh, more, left = refined, care, folded
+        for number in range(1, rounds + 1):
+            more = more.with_more(remedy, np.where(left, number * GROWTH, 1))
+            mesh = refine(mesh, patient, weights, care=more, anchor=anchor, progress=progress)
+            left = ~certify(mesh).valid
+            if not left.any():
+                return mesh, more, True
+    return mesh, more, False

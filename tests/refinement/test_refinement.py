@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from heartgen import samples
@@ -14,11 +15,11 @@ from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.enhancement import enhance
 from heartgen.mesh import HexMesh
 from heartgen.mesh.freedom import FaceFreedom, Freedom
-from heartgen.mesh.validity import certify
-from heartgen.refinement import Weights, patient_of, refine, weights_for
+from heartgen.mesh.validity import certify, determinant_coefficients
+from heartgen.refinement import Weights, misfit, patient_of, refine, weights_for
 from heartgen.refinement.descent import FARTHEST, FARTHEST_OF_ALL
 from heartgen.refinement.distances import distance_blocks, drift, from_patient, to_patient
-from heartgen.refinement.elements import Elements
+from heartgen.refinement.elements import Elements, usual_care
 from heartgen.templates import lv_template
 
 STEP = 1e-5
@@ -48,8 +49,10 @@ def folded(mesh: HexMesh) -> HexMesh:
 @pytest.mark.parametrize("unfolding", [False, True])
 def test_gradient_of_the_quality_terms(template: HexMesh, unfolding: bool) -> None:
     freedom = Freedom(template.topology)
-    elements = Elements(freedom, template.topology, np.ones(template.n_elements))
     rng = np.random.default_rng(0)
+    emphasis = rng.choice([1.0, 2.0, 8.0], template.n_elements)
+    care = usual_care(template.n_elements).with_more("emphasis", emphasis)
+    elements = Elements(freedom, template.topology, care)
     q = template.dofs[freedom.free] + 0.1 * rng.standard_normal((freedom.n, 3))
     direction = rng.standard_normal(q.shape)
 
@@ -72,13 +75,13 @@ def test_gradient_of_the_quality_terms(template: HexMesh, unfolding: bool) -> No
 def test_firm_elements_are_held_straight_and_fitted_less_closely(
     anatomy: Anatomy, template: HexMesh
 ) -> None:
-    firmness = np.ones(template.n_elements)
-    firmness[template.topology.index[:, 1] < 2] = 1e2
+    firmness = np.where(template.topology.index[:, 1] < 2, 1e2, 1)
+    care = usual_care(template.n_elements).with_more("firmness", firmness)
     patient, weights = patient_of(anatomy), weights_for(5, 1.0)
     free = refine(template, patient, weights)
-    held = refine(template, patient, weights, firmness=firmness)
+    held = refine(template, patient, weights, care=care)
     freedom = Freedom(template.topology)
-    form = Elements(freedom, template.topology, firmness)
+    form = Elements(freedom, template.topology, care)
 
     def bent(mesh: HexMesh) -> float:
         q = mesh.dofs[freedom.free]
@@ -89,6 +92,35 @@ def test_firm_elements_are_held_straight_and_fitted_less_closely(
         assess_accuracy(m, anatomy.myocardium, anatomy.wall_volume).mean for m in (free, held)
     ]
     assert errors[0] < errors[1]
+
+
+def test_emphasis_betters_elements_and_costs_less_accuracy_than_firmness(
+    anatomy: Anatomy, template: HexMesh
+) -> None:
+    chosen = template.topology.index[:, 1] < 2
+    patient, weights = patient_of(anatomy), weights_for(5, 1.0)
+    usual = usual_care(template.n_elements)
+    free, stressed, firm = (
+        refine(template, patient, weights, care=care)
+        for care in (
+            usual,
+            usual.with_more("emphasis", np.where(chosen, 1e2, 1)),
+            usual.with_more("firmness", np.where(chosen, 1e2, 1)),
+        )
+    )
+
+    def least(mesh: HexMesh) -> float:
+        det = determinant_coefficients(mesh.control[chosen & ~_collapsed(mesh)])
+        at_corners = det[:, ::8, ::8, ::8].min((1, 2, 3))
+        return float((at_corners / det.mean((1, 2, 3))).min())
+
+    assert least(stressed) > least(free)
+    assert misfit(stressed, patient) < misfit(firm, patient)
+
+
+def _collapsed(mesh: HexMesh) -> NDArray[np.bool_]:
+    """Elements (e,) at the pole, where det J is zero at corners."""
+    return np.isin(np.arange(mesh.n_elements), mesh.topology.collapsed[:, 0])
 
 
 def test_gradient_of_the_distances(anatomy: Anatomy, template: HexMesh) -> None:
