@@ -21,8 +21,9 @@ from heartgen.mesh.biventricular import right_apex
 from heartgen.mesh.freedom import FaceFreedom, Freedom
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.options import Insertion
+from heartgen.refinement.anchor import DRIFT, Anchor, anchored
 from heartgen.refinement.assembly import Assembler
-from heartgen.refinement.distances import changes, distance_blocks, drift, from_patient, to_patient
+from heartgen.refinement.distances import changes, distance_blocks, from_patient, to_patient
 from heartgen.refinement.elements import Care, Elements, usual_care
 from heartgen.refinement.patient import Patient
 
@@ -33,23 +34,6 @@ FULL_STEPS = 2
 
 SCALE = 0.3
 """Distance that weighs as much as one unit of the quality terms, voxels."""
-
-LEEWAY, LARGEST_LEEWAY = 1 / 38, 2.4
-"""Movement that is free, over the length of the ventricle, and mm at most...
-Material points of the left ventricle are anatomy: apex, insertion lines, borders of segments."""
-
-DRIFT = 1 / 90
-"""...and the excess that weighs as much as one unit of the quality terms."""
-
-FARTHEST, FARTHEST_OF_ALL = 1 / 30, 2.85
-"""Movement, over the length of the ventricle, and mm at most, beyond which a face is held: from
-step to step its movement weighs more."""
-
-MOST_HELD = 100.0
-"""Largest factor by which it weighs more."""
-
-YIELDING = 8.0
-"""Firmness from which elements are held less: those that still fold then do so at their anchor."""
 
 SHORTEST = 1e-3
 """Step below which none is made."""
@@ -74,7 +58,7 @@ class Weights:
     bending : float
         Squared second derivatives of a step over the elements' squared sizes.
     drift : float
-        Squared movement beyond the leeway, in units of `DRIFT`.
+        Squared movement beyond the leeway, in units of `anchor.DRIFT`.
     stiffening : float
         Power of the excess over the farthest movement by which a face's movement weighs more.
     cut : float
@@ -203,14 +187,7 @@ def refine(
     assembler = Assembler([freedom.dofs, faces.dofs, faces.dofs], freedom.n)
     per_square = 1 / (SCALE * patient.voxel) ** 2
     per_drift = weights.drift / (DRIFT * patient.length) ** 2
-    leeway = min(LEEWAY * patient.length, LARGEST_LEEWAY)
-    free = np.isin(faces.faces[:, 0], mesh.topology.parts.get("right ventricle", []))
-    yielding = np.minimum(1, YIELDING / around[faces.faces[:, 0]])
-    held = np.where(free, 0.0, 1.0)
-    anchor = anchor or mesh
-    # A face that lies farther from the patient must move as far.
-    farthest = to_patient(anchor, faces, patient, weights.cut).largest(len(held))
-    farthest = np.maximum(farthest, min(FARTHEST * patient.length, FARTHEST_OF_ALL))
+    kept = anchored(anchor or mesh, faces, patient, weights.stiffening, weights.cut, around)
 
     def shape(q: NDArray[np.float64]) -> HexMesh:
         return mesh.with_dofs(np.asarray(freedom.straight @ q))
@@ -222,15 +199,11 @@ def refine(
         points = patient.few if step < steps - FULL_STEPS else patient.points
         inward = from_patient(shape(q), faces, points, patient.voxel).trusted(trust)
         state = elements.state(q)
-        slid = drift(shape(q), anchor, faces, leeway)
-        excess = slid.largest(len(held)) / (farthest - leeway)
-        growth = np.maximum(excess, 1) ** (weights.stiffening * yielding)
-        held = np.minimum(held * growth, MOST_HELD)
-        slid = slid.trusted(held)
+        kept = kept.tightened(shape(q))
         blocks = [
             elements.blocks(q, state, weights.spread, weights.shear, weights.bending),
             distance_blocks(faces, [outward, inward], per_square),
-            distance_blocks(faces, [slid], per_drift),
+            distance_blocks(faces, [kept.drift(shape(q))], per_drift),
         ]
         direction = assembler.solve(blocks)
         unfolding = bool(state.lift.any())
@@ -240,7 +213,7 @@ def refine(
             q: NDArray[np.float64],
             back: NDArray[np.float64],
             unfolding: bool = unfolding,
-            held: NDArray[np.float64] = held,
+            kept: Anchor = kept,
             weight: NDArray[np.float64] = inward.weight,
             stiff: NDArray[np.float64] = stiff,
         ) -> float:
@@ -248,7 +221,7 @@ def refine(
             out = to_patient(shape(q), faces, patient, weights.cut).trusted(trust)
             return (
                 per_square * (out.mean_square + float(weight @ back**2))
-                + per_drift * drift(shape(q), anchor, faces, leeway).trusted(held).mean_square
+                + per_drift * kept.drift(shape(q)).mean_square
                 + elements.bent(q, stiff)
                 + weights.spread * elements.spread(candidate)
                 + weights.shear * elements.shear(candidate)

@@ -125,7 +125,7 @@ def from_patient(
         tangents = [
             np.einsum("pa,pax->px", tabulate_face(near.uv, d), control) for d in ((1, 0), (0, 1))
         ]
-        normal = _unit(np.cross(*tangents)) * faces.signs[face, None]
+        normal = unit(np.cross(*tangents)) * faces.signs[face, None]
         # The patient's normals leave the pool or the heart; the mesh's leave the wall.
         outwards = 1.0 if name == "epi" else -1.0
         facing = outwards * np.einsum("px,px->p", normal, target.normals) > FACING
@@ -168,26 +168,7 @@ def misfit(mesh: HexMesh, patient: Patient) -> float:
     return float(np.average(np.concatenate(near), weights=weights))
 
 
-def drift(mesh: HexMesh, anchor: HexMesh, faces: FaceFreedom, leeway: float) -> Distances:
-    """Movement from the anchor beyond a leeway, mm, at samples of the faces and of their edges."""
-    t = np.linspace(0, 1, FACE_SAMPLES)
-    uv = np.stack(np.meshgrid(t, t), -1).reshape(-1, 2)
-    basis = tabulate_face(uv)
-    control = faces.control(mesh)
-    moved = np.matmul(basis, control - faces.control(anchor))
-    tangents = [np.matmul(tabulate_face(uv, d), control) for d in ((1, 0), (0, 1))]
-    area = np.linalg.norm(np.cross(*tangents), axis=-1)
-    beyond = np.linalg.norm(moved, axis=-1) - leeway
-    return Distances(
-        np.repeat(np.arange(len(control)), len(uv)),
-        np.tile(basis, (len(control), 1)),
-        _unit(moved).reshape(-1, 3),
-        np.maximum(beyond, 0).ravel(),
-        np.where(beyond > 0, area / area.sum(), 0).ravel(),
-    )
-
-
-def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+def unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
     """Vectors (..., 3) of length 1; zero stays zero."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.asarray(vectors / np.maximum(length, np.finfo(float).tiny))

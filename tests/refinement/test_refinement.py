@@ -17,8 +17,8 @@ from heartgen.mesh import HexMesh
 from heartgen.mesh.freedom import FaceFreedom, Freedom
 from heartgen.mesh.validity import certify, determinant_coefficients
 from heartgen.refinement import Weights, misfit, patient_of, refine, weights_for
-from heartgen.refinement.descent import FARTHEST, FARTHEST_OF_ALL
-from heartgen.refinement.distances import distance_blocks, drift, from_patient, to_patient
+from heartgen.refinement.anchor import FARTHEST, FARTHEST_OF_ALL, drift
+from heartgen.refinement.distances import distance_blocks, from_patient, to_patient
 from heartgen.refinement.elements import Elements, usual_care
 from heartgen.templates import lv_template
 
