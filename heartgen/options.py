@@ -36,8 +36,9 @@ QUALITY_LIMITS = (0.01, 100.0)
 HOLE_SHARE = 0.25
 """Radius of an apical hole over that of the cavity, if it is not given."""
 
-REFINED_PASSES = 2
-"""Registration passes before a refinement: it leaves nothing for finer ones to find."""
+REFINED_PASSES, REFINED_PASSES_OF_ONE = 2, 3
+"""Registration passes before a refinement, which leaves nothing for finer ones to find; and of a
+left ventricle alone, whose registration is so close that a refinement could lose against it."""
 
 
 @dataclass(frozen=True)
@@ -179,9 +180,9 @@ class Options:
                 "quarter of them lie along each side: use a multiple of 4"
             )
 
-    def passes(self, lod: int) -> int:
-        """Registration passes at a level of detail."""
-        return min(lod, REFINED_PASSES) if self.refine else lod
+    def passes(self, lod: int, one: bool) -> int:
+        """Registration passes at a level of detail; `one`: of a left ventricle, all of it seen."""
+        return min(lod, REFINED_PASSES_OF_ONE if one else REFINED_PASSES) if self.refine else lod
 
 
 def usual_elements(both: bool) -> tuple[int, int, int]:

@@ -23,7 +23,7 @@ from heartgen.mesh import HexMesh, MeshField
 from heartgen.mesh.hermite import RIM
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.validity import certify
-from heartgen.options import HOLE_SHARE, REFINED_PASSES, Options, usual_elements
+from heartgen.options import HOLE_SHARE, Options, usual_elements
 from heartgen.refinement import patient_of, refine_in_rounds, relax, weights_for
 from heartgen.registration import Deformation, register
 from heartgen.report import REPORT, Report, measured, slices_of
@@ -248,7 +248,7 @@ def _personalize(
             anatomy.frame,
             anatomy.voxel,
             anatomy.length,
-            options.passes(max(levels)),
+            options.passes(max(levels), _one(anatomy)),
             done,
         )
     start = _Start(mask, anatomy, template, deformations)
@@ -343,6 +343,11 @@ def _deepest_valid(
     return len(deformations), warp(template, deformations[-1])
 
 
+def _one(anatomy: Anatomy) -> bool:
+    """Whether there is one ventricle alone, and all of it was seen."""
+    return anatomy.rv is None and anatomy.slices is None
+
+
 def _refined(
     mesh: HexMesh, anatomy: Anatomy, options: Options, done: Callable[[float], None]
 ) -> tuple[HexMesh, int]:
@@ -357,7 +362,7 @@ def _refined(
         options.insertion,
         mesh.topology.shape[1],
     )
-    no_worse = NO_WORSE if options.lod > REFINED_PASSES else 1.0
+    no_worse = 1.0 if options.passes(options.lod, _one(anatomy)) == options.lod else NO_WORSE
     if options.quality > 1 or anatomy.slices is not None:
         no_worse = np.inf  # who turns the dial up asks for it; a stack shows little of the surface
     mesh, special, valid = refine_in_rounds(mesh, patient_of(anatomy), weights, no_worse, done)

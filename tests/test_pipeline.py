@@ -19,7 +19,7 @@ from heartgen.images import Mask
 from heartgen.mesh.bases import deviation
 from heartgen.mesh.jacobian import volume
 from heartgen.mesh.surfaces import sample_faces
-from heartgen.options import REFINED_PASSES, STEPS
+from heartgen.options import REFINED_PASSES, REFINED_PASSES_OF_ONE, STEPS
 from heartgen.pipeline import NO_WORSE, Personalization
 from heartgen.refinement import Weights, misfit, patient_of, weights_for
 from heartgen.warping import warp
@@ -63,8 +63,8 @@ def test_quality_does_not_cost_accuracy_unless_asked(
         return replace(weights, spread=10 * weights.spread)
 
     monkeypatch.setattr("heartgen.pipeline.weights_for", much_too_much)
-    kept = heartgen.personalize(lifelike.mask, lod=3)
-    asked = heartgen.personalize(lifelike.mask, lod=3, quality=1.01)
+    kept = heartgen.personalize(lifelike.mask, lod=4)
+    asked = heartgen.personalize(lifelike.mask, lod=4, quality=1.01)
     patient = patient_of(kept.anatomy)
     allowed = NO_WORSE * misfit(kept.enhanced, patient)
     assert 0.97 * allowed < misfit(kept.mesh, patient) <= allowed
@@ -181,7 +181,8 @@ def test_a_level_is_the_state_after_that_many_passes(lifelike: samples.Sample) -
 
 def test_before_a_refinement_registration_stops_early(lifelike: samples.Sample) -> None:
     five = heartgen.personalize(lifelike.mask, lod=5)
-    assert len(five.deformations) == REFINED_PASSES
+    assert len(five.deformations) == REFINED_PASSES_OF_ONE
+    assert five.options.passes(5, one=False) == REFINED_PASSES
     assert not any(f.check == "level of detail" for f in five.report.findings)
 
 

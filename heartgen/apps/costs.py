@@ -58,7 +58,7 @@ class Costs:
         n = n_elements(options, both)
         seconds = {
             **OTHERS[kind],
-            "registration": REGISTRATION[kind][options.passes(max(levels)) - 1],
+            "registration": REGISTRATION[kind][options.passes(max(levels), not both) - 1],
             **{step: cost[kind] * n for step, cost in PER_ELEMENT.items()},
         }
         if analysed:

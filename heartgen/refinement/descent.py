@@ -41,8 +41,11 @@ SHORTEST = 1e-3
 QUALITY = (1.7, 1.3, 1.0, 0.55, 0.25)
 """Weight of quality against accuracy for each level of detail, of both ventricles..."""
 
-QUALITY_OF_ONE = (1.0, 0.8, 0.6, 0.38, 0.28)
-"""...and of the left one, whose registration alone is so close that more would lose against it."""
+QUALITY_OF_ONE = (1.3, 1.1, 0.95, 0.52, 0.28)
+"""...of the left one, whose registration alone is so close that more would lose against it..."""
+
+QUALITY_OF_SLICES = (1.0, 0.8, 0.6, 0.38, 0.28)
+"""...and of the left one in a stack of slices."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +131,8 @@ def weights_for(
     Weights
     """
     if not biventricular:
-        plain, of_level, of_width = Weights(), QUALITY_OF_ONE, 1.0
+        plain, of_width = Weights(), 1.0
+        of_level = QUALITY_OF_SLICES if stack else QUALITY_OF_ONE
     elif stack:
         plain, of_level, of_width = SPARSE, QUALITY, 1.0
     else:
