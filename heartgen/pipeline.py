@@ -33,9 +33,9 @@ from heartgen.warping import warp
 if TYPE_CHECKING:
     import pyvista
 
-NO_WORSE = 0.96
-"""Misfit of a refined mesh over that of the mesh before from which quality costs too much, where
-passes of registration were left out: they would win some hundredths."""
+NO_WORSE = 0.945
+"""Misfit of a refined mesh over that of the mesh before from which quality costs too much, for each
+pass of registration that was left out: about as much as a pass wins at best."""
 
 
 @dataclass(frozen=True)
@@ -362,7 +362,7 @@ def _refined(
         options.insertion,
         mesh.topology.shape[1],
     )
-    no_worse = 1.0 if options.passes(options.lod, _one(anatomy)) == options.lod else NO_WORSE
+    no_worse = NO_WORSE ** (options.lod - options.passes(options.lod, _one(anatomy)))
     if options.quality > 1 or anatomy.slices is not None:
         no_worse = np.inf  # who turns the dial up asks for it; a stack shows little of the surface
     mesh, special, valid = refine_in_rounds(mesh, patient_of(anatomy), weights, no_worse, done)
