@@ -180,9 +180,9 @@ class Options:
                 "quarter of them lie along each side: use a multiple of 4"
             )
 
-    def passes(self, lod: int, one: bool) -> int:
-        """Registration passes at a level of detail; `one`: of a left ventricle, all of it seen."""
-        return min(lod, REFINED_PASSES_OF_ONE if one else REFINED_PASSES) if self.refine else lod
+    def passes(self, lod: int, alone: bool) -> int:
+        """Registration passes at a level; `alone`: of a left ventricle that is seen whole."""
+        return min(lod, REFINED_PASSES_OF_ONE if alone else REFINED_PASSES) if self.refine else lod
 
 
 def usual_elements(both: bool) -> tuple[int, int, int]:

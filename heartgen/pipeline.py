@@ -248,7 +248,7 @@ def _personalize(
             anatomy.frame,
             anatomy.voxel,
             anatomy.length,
-            options.passes(max(levels), _one(anatomy)),
+            options.passes(max(levels), _alone(anatomy)),
             done,
         )
     start = _Start(mask, anatomy, template, deformations)
@@ -274,7 +274,7 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
     with clock.step("enhancement"):
         enhanced = enhance(warped) if options.enhance else warped
     with clock.step("refinement") as done:
-        mesh, special = _refined(enhanced, anatomy, options, done)
+        mesh, treated = _refined(enhanced, anatomy, options, done)
     if options.basis == "lagrange":
         mesh = mesh.to_lagrange()
     with clock.step("assessment"):
@@ -302,7 +302,7 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
         findings=start.mask.findings
         + anatomy.findings
         + fallen_back(len(deformations), level)
-        + fitted_less(special),
+        + fitted_less(treated),
         seconds=clock.seconds,
     )
     return Personalization(
@@ -343,7 +343,7 @@ def _deepest_valid(
     return len(deformations), warp(template, deformations[-1])
 
 
-def _one(anatomy: Anatomy) -> bool:
+def _alone(anatomy: Anatomy) -> bool:
     """Whether there is one ventricle alone, and all of it was seen."""
     return anatomy.rv is None and anatomy.slices is None
 
@@ -351,7 +351,7 @@ def _one(anatomy: Anatomy) -> bool:
 def _refined(
     mesh: HexMesh, anatomy: Anatomy, options: Options, done: Callable[[float], None]
 ) -> tuple[HexMesh, int]:
-    """Refined mesh, and how many elements had to become special to be valid."""
+    """Refined mesh, and how many elements were treated to be valid."""
     if not options.refine:
         return mesh, 0
     weights = weights_for(
@@ -362,10 +362,10 @@ def _refined(
         options.insertion,
         mesh.topology.shape[1],
     )
-    no_worse = NO_WORSE ** (options.lod - options.passes(options.lod, _one(anatomy)))
+    no_worse = NO_WORSE ** (options.lod - options.passes(options.lod, _alone(anatomy)))
     if options.quality > 1 or anatomy.slices is not None:
         no_worse = np.inf  # who turns the dial up asks for it; a stack shows little of the surface
-    mesh, special, valid = refine_in_rounds(mesh, patient_of(anatomy), weights, no_worse, done)
+    mesh, treated, valid = refine_in_rounds(mesh, patient_of(anatomy), weights, no_worse, done)
     if options.interior == "relaxed" and valid:
         mesh = relax(mesh)
-    return mesh, special
+    return mesh, treated

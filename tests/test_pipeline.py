@@ -182,7 +182,7 @@ def test_a_level_is_the_state_after_that_many_passes(lifelike: samples.Sample) -
 def test_before_a_refinement_registration_stops_early(lifelike: samples.Sample) -> None:
     five = heartgen.personalize(lifelike.mask, lod=5)
     assert len(five.deformations) == REFINED_PASSES_OF_ONE
-    assert five.options.passes(5, one=False) == REFINED_PASSES
+    assert five.options.passes(5, alone=False) == REFINED_PASSES
     assert not any(f.check == "level of detail" for f in five.report.findings)
 
 

@@ -55,8 +55,8 @@ class Care:
     firmness: NDArray[np.float64]
 
     @property
-    def special(self) -> int:
-        """Number of elements that get more than the usual."""
+    def treated(self) -> int:
+        """Number of elements that get more of either than the usual."""
         return int(np.sum((self.emphasis > 1) | (self.firmness > 1)))
 
     def with_more(self, remedy: str, factor: NDArray[np.float64]) -> Care:
@@ -104,7 +104,7 @@ class State:
 class Elements:
     """Quality terms of a topology as functions of its free degrees of freedom.
 
-    The guard points stand closer once an element has needed special care.
+    The guard points stand closer once an element was treated.
     """
 
     def __init__(self, freedom: Freedom, topology: Topology, care: Care) -> None:
@@ -112,7 +112,7 @@ class Elements:
         self.freedom = freedom
         self.share = care.emphasis / e
         self.stiffness = (care.firmness - 1) / e
-        xi, weights, guards = _points(CLOSE_GUARDS if care.special else GUARDS)
+        xi, weights, guards = _points(CLOSE_GUARDS if care.treated else GUARDS)
         self.slopes = [freedom.functions(xi, _unit(d)) for d in range(3)]
         inner, self.inner_weights = gauss_cube((SHEAR_GAUSS,) * 3)
         self.inner_slopes = [freedom.functions(inner, _unit(d)) for d in range(3)]

@@ -64,7 +64,7 @@ def refine_in_rounds(
     -------
     refined : HexMesh
         Same topology, straight across the wall.
-    special : int
+    treated : int
         Elements that had to be fitted less closely.
     valid : bool
         Whether all elements are proven valid.
@@ -84,7 +84,7 @@ def refine_in_rounds(
         if not proven or reached - closer < WORTHWHILE * (reached - enough):
             break
         mesh, reached, care = easier, closer, more
-    return mesh, care.special, valid
+    return mesh, care.treated, valid
 
 
 def _made_valid(
