@@ -24,7 +24,14 @@ from heartgen.mesh.hermite import RIM
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.validity import certify
 from heartgen.options import HOLE_SHARE, Options, usual_elements
-from heartgen.refinement import patient_of, refine_in_rounds, relax, weights_for
+from heartgen.refinement import (
+    Patient,
+    misfit,
+    patient_of,
+    refine_in_rounds,
+    relax,
+    weights_for,
+)
 from heartgen.registration import Deformation, register
 from heartgen.report import REPORT, Report, measured, slices_of
 from heartgen.templates import biventricular_template, lv_template
@@ -36,6 +43,10 @@ if TYPE_CHECKING:
 NO_WORSE = 0.945
 """Misfit of a refined mesh over that of the mesh before from which quality costs too much, for each
 pass of registration that was left out: about as much as a pass wins at best."""
+
+FALLING = 0.975
+"""The same over that of the mesh of an earlier pass, for each pass since: a pass may win nothing,
+but a higher level of detail is to."""
 
 
 @dataclass(frozen=True)
@@ -274,7 +285,7 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
     with clock.step("enhancement"):
         enhanced = enhance(warped) if options.enhance else warped
     with clock.step("refinement") as done:
-        mesh, treated = _refined(enhanced, anatomy, options, done)
+        mesh, treated = _refined(enhanced, start, options, done)
     if options.basis == "lagrange":
         mesh = mesh.to_lagrange()
     with clock.step("assessment"):
@@ -349,11 +360,12 @@ def _alone(anatomy: Anatomy) -> bool:
 
 
 def _refined(
-    mesh: HexMesh, anatomy: Anatomy, options: Options, done: Callable[[float], None]
+    mesh: HexMesh, start: _Start, options: Options, done: Callable[[float], None]
 ) -> tuple[HexMesh, int]:
     """Refined mesh, and how many elements were treated to be valid."""
     if not options.refine:
         return mesh, 0
+    anatomy = start.anatomy
     weights = weights_for(
         options.lod,
         options.quality,
@@ -362,10 +374,20 @@ def _refined(
         options.insertion,
         mesh.topology.shape[1],
     )
-    no_worse = NO_WORSE ** (options.lod - options.passes(options.lod, _alone(anatomy)))
-    if options.quality > 1 or anatomy.slices is not None:
-        no_worse = np.inf  # who turns the dial up asks for it; a stack shows little of the surface
-    mesh, treated, valid = refine_in_rounds(mesh, patient_of(anatomy), weights, no_worse, done)
+    patient = patient_of(anatomy)
+    allowed = _allowed_misfit(mesh, start, patient, options)
+    mesh, treated, valid = refine_in_rounds(mesh, patient, weights, allowed, done)
     if options.interior == "relaxed" and valid:
         mesh = relax(mesh)
     return mesh, treated
+
+
+def _allowed_misfit(mesh: HexMesh, start: _Start, patient: Patient, options: Options) -> float:
+    """Misfit, mm, above which quality costs too much: `mesh` and those of the passes before it."""
+    if options.quality > 1 or start.anatomy.slices is not None:
+        return np.inf  # who turns the dial up asks for it; a stack shows little of the surface
+    passes = options.passes(options.lod, _alone(start.anatomy))
+    before = [warp(start.template, d) for d in start.deformations[: passes - 1]]
+    meshes = [mesh, *(enhance(m) if options.enhance else m for m in reversed(before))]
+    least = min(FALLING**since * misfit(m, patient) for since, m in enumerate(meshes))
+    return NO_WORSE ** (options.lod - passes) * least

@@ -44,7 +44,7 @@ def refine_in_rounds(
     mesh: HexMesh,
     patient: Patient,
     weights: Weights,
-    no_worse: float = np.inf,
+    allowed: float = np.inf,
     progress: Callable[[float], None] = lambda done: None,
 ) -> tuple[HexMesh, int, bool]:
     """Refine a mesh until it is proven valid.
@@ -55,8 +55,8 @@ def refine_in_rounds(
         mm, world (LPS).
     patient : Patient
     weights : Weights
-    no_worse : float
-        Misfit, over that of the mesh given, above which quality gets less weight.
+    allowed : float
+        Misfit, mm, above which quality gets less weight.
     progress : callable
         Called with the share of a round that is done; may raise to cancel.
 
@@ -71,17 +71,16 @@ def refine_in_rounds(
     """
     care = usual_care(mesh.n_elements)
     anchor = mesh
-    enough = no_worse * misfit(mesh, patient) if np.isfinite(no_worse) else np.inf
     mesh, care, valid = _made_valid(mesh, patient, weights, care, anchor, progress)
-    reached = misfit(mesh, patient) if np.isfinite(enough) else 0.0
+    reached = misfit(mesh, patient) if np.isfinite(allowed) else 0.0
     for _ in range(EASIER_ROUNDS - 1):
-        if not valid or reached <= enough:
+        if not valid or reached <= allowed:
             break
-        eased = max(EASIEST, (MARGIN * enough / reached) ** EASING)
+        eased = max(EASIEST, (MARGIN * allowed / reached) ** EASING)
         weights = replace(weights, spread=weights.spread * eased)
         easier, more, proven = _made_valid(mesh, patient, weights, care, anchor, progress)
         closer = misfit(easier, patient)
-        if not proven or reached - closer < WORTHWHILE * (reached - enough):
+        if not proven or reached - closer < WORTHWHILE * (reached - allowed):
             break
         mesh, reached, care = easier, closer, more
     return mesh, care.treated, valid
