@@ -20,8 +20,9 @@ from heartgen.mesh.bases import deviation
 from heartgen.mesh.jacobian import volume
 from heartgen.mesh.surfaces import sample_faces
 from heartgen.options import REFINED_PASSES, REFINED_PASSES_OF_ONE, STEPS
-from heartgen.pipeline import NO_WORSE, Personalization
+from heartgen.pipeline import FALLING, NO_WORSE, Personalization
 from heartgen.refinement import Weights, misfit, patient_of, weights_for
+from heartgen.registration import Deformation, register
 from heartgen.warping import warp
 
 COARSE = 2.0
@@ -70,6 +71,25 @@ def test_quality_does_not_cost_accuracy_unless_asked(
     assert 0.97 * allowed < misfit(kept.mesh, patient) <= allowed
     assert misfit(asked.mesh, patient) > allowed
     assert asked.report.quality.mean > kept.report.quality.mean
+
+
+def test_level_is_closer_where_its_registration_pass_wins_nothing(
+    lifelike: samples.Sample, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def idle(*given: Any) -> tuple[Deformation, ...]:
+        first = register(*given)[0]
+        return first, first
+
+    monkeypatch.setattr("heartgen.pipeline.register", idle)
+    monkeypatch.setattr(
+        "heartgen.pipeline.weights_for", lambda *_: replace(Weights(), spread=10 * Weights.spread)
+    )
+    first, second = heartgen.personalize_levels(lifelike.mask, (1, 2))
+    assert np.array_equal(first.enhanced.dofs, second.enhanced.dofs)
+    patient = patient_of(first.anatomy)
+    allowed = misfit(first.enhanced, patient)
+    assert 0.97 * allowed < misfit(first.mesh, patient) <= allowed
+    assert misfit(second.mesh, patient) <= FALLING * allowed
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])

@@ -16,7 +16,7 @@ from heartgen.mesh.validity import certify
 from heartgen.refinement.assembly import Assembler, Blocks
 from heartgen.refinement.elements import Elements, usual_care
 
-SPREAD, SHEAR, SHEAR_OF_TWO = 45.0, 15.0, 60.0
+SPREAD, SHEAR, SHEAR_OF_TWO = 45.0, 10.0, 60.0
 """Weights of the variance of log det J, and of the squared cosines between directions, in meshes of
 one ventricle and of two: so much shear that the right angles of straight walls are kept."""
 
