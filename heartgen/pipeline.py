@@ -41,12 +41,12 @@ if TYPE_CHECKING:
     import pyvista
 
 NO_WORSE = 0.945
-"""Misfit of a refined mesh over that of the mesh before from which quality costs too much, for each
-pass of registration that was left out: about as much as a pass wins at best."""
+"""Misfit of a refined mesh, over that of the mesh before, from which quality costs too much, for
+each registration pass that was left out: about as much as a pass wins at best."""
 
 FALLING = 0.975
-"""The same over that of the mesh of an earlier pass, for each pass since: a pass may win nothing,
-but a higher level of detail is to."""
+"""Misfit of a refined mesh, over that of an earlier pass, from which quality costs too much, for
+each pass since: a pass may win nothing, but a higher level of detail is to."""
 
 
 @dataclass(frozen=True)
@@ -283,7 +283,7 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
     with clock.step("warping"):
         level, warped = _deepest_valid(start.template, deformations, options)
     with clock.step("enhancement"):
-        enhanced = enhance(warped) if options.enhance else warped
+        enhanced = _straightened(warped, options)
     with clock.step("refinement") as done:
         mesh, treated = _refined(enhanced, start, options, done)
     if options.basis == "lagrange":
@@ -348,10 +348,14 @@ def _deepest_valid(
     """
     for level in range(len(deformations), 0, -1):
         warped = warp(template, deformations[level - 1])
-        mesh = enhance(warped) if options.enhance else warped
-        if options.refine or certify(mesh).all_valid:
+        if options.refine or certify(_straightened(warped, options)).all_valid:
             return level, warped
     return len(deformations), warp(template, deformations[-1])
+
+
+def _straightened(warped: HexMesh, options: Options) -> HexMesh:
+    """The enhanced mesh, unless that is not wanted."""
+    return enhance(warped) if options.enhance else warped
 
 
 def _alone(anatomy: Anatomy) -> bool:
@@ -383,11 +387,11 @@ def _refined(
 
 
 def _allowed_misfit(mesh: HexMesh, start: _Start, patient: Patient, options: Options) -> float:
-    """Misfit, mm, above which quality costs too much: `mesh` and those of the passes before it."""
+    """Misfit, mm, above which quality costs too much, by that of `mesh` and of earlier passes."""
     if options.quality > 1 or start.anatomy.slices is not None:
         return np.inf  # who turns the dial up asks for it; a stack shows little of the surface
     passes = options.passes(options.lod, _alone(start.anatomy))
-    before = [warp(start.template, d) for d in start.deformations[: passes - 1]]
-    meshes = [mesh, *(enhance(m) if options.enhance else m for m in reversed(before))]
+    earlier = [warp(start.template, d) for d in reversed(start.deformations[: passes - 1])]
+    meshes = [mesh, *(_straightened(m, options) for m in earlier)]
     least = min(FALLING**since * misfit(m, patient) for since, m in enumerate(meshes))
     return NO_WORSE ** (options.lod - passes) * least

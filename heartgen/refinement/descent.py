@@ -42,7 +42,7 @@ QUALITY = (1.7, 1.3, 1.0, 0.55, 0.25)
 """Weight of quality against accuracy for each level of detail, of both ventricles..."""
 
 QUALITY_OF_ONE = (1.36, 1.16, 0.91, 0.52, 0.28)
-"""...of the left one, whose registration alone is so close that more would lose against it..."""
+"""...of the left one alone, whose registration is so close that more would lose against it..."""
 
 QUALITY_OF_SLICES = (1.0, 0.8, 0.6, 0.38, 0.28)
 """...and of the left one in a stack of slices."""

@@ -65,7 +65,7 @@ def refine_in_rounds(
     refined : HexMesh
         Same topology, straight across the wall.
     treated : int
-        Elements that had to be fitted less closely.
+        Elements that got more care than the usual, not to fold.
     valid : bool
         Whether all elements are proven valid.
     """
