@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from heartgen.mesh.biventricular import right_apex
 from heartgen.mesh.freedom import FaceFreedom, Freedom
 from heartgen.mesh.hexmesh import HexMesh
+from heartgen.mesh.validity import certify
 from heartgen.options import Insertion
 from heartgen.refinement.anchor import DRIFT, Anchor, anchored
 from heartgen.refinement.assembly import Assembler
@@ -155,6 +156,7 @@ def refine(
     steps: int = STEPS,
     care: Care | None = None,
     anchor: HexMesh | None = None,
+    within: bool = False,
     progress: Callable[[float], None] = lambda done: None,
 ) -> HexMesh:
     """Optimise a mesh for accuracy and quality.
@@ -171,6 +173,8 @@ def refine(
         What keeps elements that would fold from it.
     anchor : HexMesh, optional
         The mesh whose material points are to be kept; by default `mesh` itself.
+    within : bool
+        Whether no step may leave the meshes that are proven valid, of which `mesh` is one.
     progress : callable
         Called with the share of the work done; may raise to cancel.
 
@@ -233,7 +237,9 @@ def refine(
 
         start, length = energy(q, inward.value), 1.0
         change = changes(faces, inward, direction)
-        while energy(q + length * direction, inward.value + length * change) >= start:
+        while energy(q + length * direction, inward.value + length * change) >= start or (
+            within and not certify(shape(q + length * direction)).all_valid
+        ):
             length /= 2
             if length < SHORTEST:
                 length = 0.0

@@ -57,7 +57,23 @@ class Care:
     @property
     def treated(self) -> int:
         """Number of elements that get more of either than the usual."""
-        return int(np.sum((self.emphasis > 1) | (self.firmness > 1)))
+        return int(self._more.sum())
+
+    @property
+    def _more(self) -> NDArray[np.bool_]:
+        """Elements (e,) that get more of either than the usual."""
+        return np.asarray((self.emphasis > 1) | (self.firmness > 1))
+
+    @property
+    def most(self) -> float:
+        """Most of either that any element gets."""
+        return float(max(self.emphasis.max(), self.firmness.max()))
+
+    def eased(self, emphasis: float) -> Care:
+        """Return the care that gives the same elements this much emphasis, and no firmness."""
+        return usual_care(len(self.emphasis)).with_more(
+            "emphasis", np.where(self._more, emphasis, 1.0)
+        )
 
     def with_more(self, remedy: str, factor: NDArray[np.float64]) -> Care:
         """Return the same with one of the two multiplied by factors (e,)."""

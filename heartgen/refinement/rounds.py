@@ -69,45 +69,49 @@ def refine_in_rounds(
     valid : bool
         Whether all elements are proven valid.
     """
-    care = usual_care(mesh.n_elements)
-    anchor = mesh
-    mesh, care, valid = _made_valid(mesh, patient, weights, care, anchor, progress)
-    reached = misfit(mesh, patient) if np.isfinite(allowed) else 0.0
+
+    def refined(start: HexMesh, care: Care, weights: Weights, within: bool = False) -> HexMesh:
+        return refine(
+            start, patient, weights, care=care, anchor=mesh, within=within, progress=progress
+        )
+
+    best, care, valid = _made_valid(mesh, lambda start, care: refined(start, care, weights))
+    if valid and care.most > GROWTH:
+        # Out of the folds, much care is needless: the certificate keeps the mesh from going back.
+        care = care.eased(GROWTH)
+        best = refined(best, care, weights, within=True)
+    reached = misfit(best, patient) if np.isfinite(allowed) else 0.0
     for _ in range(EASIER_ROUNDS - 1):
         if not valid or reached <= allowed:
             break
         eased = max(EASIEST, (MARGIN * allowed / reached) ** EASING)
         weights = replace(weights, spread=weights.spread * eased)
-        easier, more, proven = _made_valid(mesh, patient, weights, care, anchor, progress)
+        easier = refined(best, care, weights, within=True)
         closer = misfit(easier, patient)
-        if not proven or reached - closer < WORTHWHILE * (reached - allowed):
+        if reached - closer < WORTHWHILE * (reached - allowed):
             break
-        mesh, reached, care = easier, closer, more
-    return mesh, care.treated, valid
+        best, reached = easier, closer
+    return best, care.treated, valid
 
 
 def _made_valid(
-    mesh: HexMesh,
-    patient: Patient,
-    weights: Weights,
-    care: Care,
-    anchor: HexMesh,
-    progress: Callable[[float], None],
+    mesh: HexMesh, refined: Callable[[HexMesh, Care], HexMesh]
 ) -> tuple[HexMesh, Care, bool]:
     """Refined mesh, the care that it took, and whether it is valid.
 
     Each remedy starts anew: what much of another has done to the neighbours is hard to undo.
     """
-    refined = refine(mesh, patient, weights, care=care, anchor=anchor, progress=progress)
-    folded = ~certify(refined).valid
+    usual = usual_care(mesh.n_elements)
+    first = refined(mesh, usual)
+    folded = ~certify(first).valid
     if not folded.any():
-        return refined, care, True
+        return first, usual, True
     for remedy, rounds in REMEDIES.items():
-        mesh, more, left = refined, care, folded
+        mesh, care, left = first, usual, folded
         for number in range(1, rounds + 1):
-            more = more.with_more(remedy, np.where(left, number * GROWTH, 1))
-            mesh = refine(mesh, patient, weights, care=more, anchor=anchor, progress=progress)
+            care = care.with_more(remedy, np.where(left, number * GROWTH, 1))
+            mesh = refined(mesh, care)
             left = ~certify(mesh).valid
             if not left.any():
-                return mesh, more, True
-    return mesh, more, False
+                return mesh, care, True
+    return mesh, care, False
