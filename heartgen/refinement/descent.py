@@ -58,7 +58,7 @@ class Weights:
     spread : float
         Variance of log det J.
     shear : float
-        Squared cosines between the elements' directions.
+        Squared cosines between the elements' directions, over the squared scaled Jacobian.
     bending : float
         Squared second derivatives of a step over the elements' squared sizes.
     drift : float
@@ -74,7 +74,7 @@ class Weights:
     """
 
     spread: float = 70.0
-    shear: float = 7.25
+    shear: float = 6.25
     bending: float = 0.05
     drift: float = 40.0
     stiffening: float = 2.0
@@ -83,7 +83,7 @@ class Weights:
     apex: float = 3.0
 
 
-SHEARED = Weights(spread=30.0, shear=48.0)
+SHEARED = Weights(spread=30.0, shear=38.0)
 """Weights for two ventricles: the corners of the right one would be paid for with shear."""
 
 USUAL_COLUMNS, WIDER = 12, 2.8
@@ -94,7 +94,7 @@ ROUNDED = 16.0
 """Weight of distances at the right ventricle's apex that draws the insertion line, square in the
 template, onto the round one of the anatomy: its elements alone would rather stay square."""
 
-SPARSE = Weights(spread=85.0, shear=65.0)
+SPARSE = Weights(spread=85.0, shear=52.0)
 """Weights for two ventricles in a stack of slices. Those are met closely whatever lies between:
 there is room for better elements."""
 
@@ -215,7 +215,7 @@ def refine(
         ]
         direction = assembler.solve(blocks)
         unfolding = bool(state.lift.any())
-        stiff = weights.bending * elements.stiff(state)
+        stiff, oblique = weights.bending * elements.stiff(state), elements.oblique(state)
 
         def energy(
             q: NDArray[np.float64],
@@ -224,6 +224,7 @@ def refine(
             kept: Anchor = kept,
             weight: NDArray[np.float64] = inward.weight,
             stiff: NDArray[np.float64] = stiff,
+            oblique: NDArray[np.float64] = oblique,
         ) -> float:
             candidate = elements.state(q, unfolding)
             out = to_patient(shape(q), faces, patient, weights.cut).trusted(trust)
@@ -232,7 +233,7 @@ def refine(
                 + per_drift * kept.drift(shape(q)).mean_square
                 + elements.bent(q, stiff)
                 + weights.spread * elements.spread(candidate)
-                + weights.shear * elements.shear(candidate)
+                + weights.shear * elements.shear(candidate, oblique)
             )
 
         start, length = energy(q, inward.value), 1.0

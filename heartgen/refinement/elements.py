@@ -36,6 +36,9 @@ LIFT = 0.1
 SHEAR_GAUSS = 3
 """Quadrature points per direction for the angles between the elements' directions."""
 
+LEAST_SCALED = 0.3
+"""Scaled Jacobian below which cosines gain no more weight."""
+
 SECOND = ((2, 0, 0), (0, 2, 0), (1, 1, 0))
 
 
@@ -167,11 +170,21 @@ class Elements:
         mean = np.einsum("eq,eq->e", log_det, self.use)[:, None]
         return float(np.einsum("eq,eq,e->", (log_det - mean) ** 2, self.use, self.share))
 
-    def shear(self, state: State) -> float:
-        """Mean over the elements of the squared cosines between their directions."""
+    def oblique(self, state: State) -> NDArray[np.float64]:
+        """Weight (e, p) of the cosines: one over the squared scaled Jacobian.
+
+        The scaled Jacobian falls the faster the smaller it is; squares alone would let one point
+        shear so that many others need not.
+        """
         unit, _ = _directions(state.inner)
-        cosines = [np.sum(unit[..., a] * unit[..., b], axis=-1) for a, b in PAIRS]
-        return float(sum(self.share @ (c**2 @ self.inner_weights) for c in cosines))
+        scaled = np.abs(np.linalg.det(unit))
+        return np.asarray(self.inner_weights / np.maximum(scaled, LEAST_SCALED) ** 2)
+
+    def shear(self, state: State, weight: NDArray[np.float64]) -> float:
+        """Mean over the elements of the weighted squared cosines between their directions."""
+        unit, _ = _directions(state.inner)
+        cosines = (np.sum(unit[..., a] * unit[..., b], axis=-1) for a, b in PAIRS)
+        return float(sum(self.share @ np.sum(weight * c**2, axis=1) for c in cosines))
 
     def stiff(self, state: State) -> NDArray[np.float64]:
         """Quadratic form (e, m, m) that holds elements straight: their bending by firmness."""
@@ -203,7 +216,7 @@ class Elements:
         rows.append(np.sqrt(spread) * root * (gradient - mean))
         values.append(np.sqrt(spread) * root[..., 0] * (log_det - centre))
         unit, length = _directions(state.inner)
-        root = np.sqrt(self.inner_weights * self.share[:, None])[..., None]
+        root = np.sqrt(self.oblique(state) * self.share[:, None])[..., None]
         for a, b in PAIRS:
             cosine = np.sum(unit[..., a] * unit[..., b], axis=-1)
             of_a = (unit[..., b] - cosine[..., None] * unit[..., a]) / length[..., a, None]

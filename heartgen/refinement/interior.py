@@ -16,7 +16,7 @@ from heartgen.mesh.validity import certify
 from heartgen.refinement.assembly import Assembler, Blocks
 from heartgen.refinement.elements import Elements, usual_care
 
-SPREAD, SHEAR, SHEAR_OF_TWO = 45.0, 10.0, 60.0
+SPREAD, SHEAR, SHEAR_OF_TWO = 45.0, 6.0, 40.0
 """Weights of the variance of log det J, and of the squared cosines between directions, in meshes of
 one ventricle and of two: so much shear that the right angles of straight walls are kept."""
 
@@ -65,19 +65,21 @@ def _optimised(mesh: HexMesh, shear: float) -> NDArray[np.float64]:
     elements = Elements(freedom, mesh.topology, usual_care(mesh.n_elements))
     assembler = Assembler([movable], freedom.n)
 
-    def energy(q: NDArray[np.float64]) -> float:
+    def energy(q: NDArray[np.float64], oblique: NDArray[np.float64]) -> float:
         state = elements.state(q, unfolding=False)
-        return SPREAD * elements.spread(state) + shear * elements.shear(state)
+        return SPREAD * elements.spread(state) + shear * elements.shear(state, oblique)
 
     q = mesh.dofs
     for _ in range(STEPS):
-        start = energy(q)
+        state = elements.state(q)
+        oblique = elements.oblique(state)
+        start = energy(q, oblique)
         if not np.isfinite(start):
             break
-        blocks = elements.blocks(q, elements.state(q), SPREAD, shear, BENDING)
+        blocks = elements.blocks(q, state, SPREAD, shear, BENDING)
         direction = assembler.solve([Blocks(movable, blocks.matrix, blocks.gradient)])
         length = 1.0
-        while energy(q + length * direction) >= start:
+        while energy(q + length * direction, oblique) >= start:
             length /= 2
             if length < SHORTEST:
                 return q

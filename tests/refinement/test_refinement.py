@@ -55,13 +55,14 @@ def test_gradient_of_the_quality_terms(template: HexMesh, unfolding: bool) -> No
     elements = Elements(freedom, template.topology, care)
     q = template.dofs[freedom.free] + 0.1 * rng.standard_normal((freedom.n, 3))
     direction = rng.standard_normal(q.shape)
+    oblique = elements.oblique(elements.state(q))
 
     def energy(t: float) -> float:
         state = elements.state(q + t * direction, unfolding=False)
         if unfolding:
             lifted = elements.state(q, unfolding=True).lift
             state = replace(state, lift=lifted)
-        return 2.0 * elements.spread(state) + 3.0 * elements.shear(state)
+        return 2.0 * elements.spread(state) + 3.0 * elements.shear(state, oblique)
 
     slope = (energy(STEP) - energy(-STEP)) / (2 * STEP)
     blocks = elements.blocks(q, elements.state(q, unfolding), 2.0, 3.0, 0.0)
