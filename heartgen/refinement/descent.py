@@ -36,8 +36,12 @@ FULL_STEPS = 2
 SCALE = 0.3
 """Distance that weighs as much as one unit of the quality terms, voxels."""
 
-SHORTEST = 1e-3
-"""Step below which none is made."""
+TRIES = 10
+"""Tries of a step, each half as long as the one before, after which none is made."""
+
+HELD_BACK, EMPHASIS = 0.25, 4.0
+"""Share of a step that is left to elements that would fold under it; and, where none was found,
+factor by which their quality counts for more in those that follow."""
 
 QUALITY = (1.7, 1.3, 1.0, 0.55, 0.25)
 """Weight of quality against accuracy for each level of detail, of both ventricles..."""
@@ -237,15 +241,21 @@ def refine(
             )
 
         start, length = energy(q, inward.value), 1.0
-        change = changes(faces, inward, direction)
-        while energy(q + length * direction, inward.value + length * change) >= start or (
-            within and not certify(shape(q + length * direction)).all_valid
-        ):
-            length /= 2
-            if length < SHORTEST:
-                length = 0.0
+        change, emphasis = changes(faces, inward, direction), np.ones(mesh.n_elements)
+        for _ in range(TRIES):
+            candidate = q + length * direction
+            if energy(candidate, inward.value + length * change) >= start:
+                length /= 2
+            elif within and (folded := ~certify(shape(candidate)).valid).any():
+                # The elements that would fold hold themselves back, and not all the others.
+                direction[np.setdiff1d(freedom.dofs[folded], freedom.n)] *= HELD_BACK
+                change = changes(faces, inward, direction)
+                emphasis[folded] = EMPHASIS
+            else:
+                q = candidate
                 break
-        q = q + length * direction
+        else:
+            elements.emphasise(emphasis)
     return shape(q)
 
 

@@ -142,6 +142,10 @@ class Elements:
         self.use[np.ix_(topology.collapsed[:, 0], at_pole)] = 0
         self.use /= self.use.sum(1, keepdims=True)
 
+    def emphasise(self, factor: NDArray[np.float64]) -> None:
+        """Multiply the weight of the elements' quality by factors (e,)."""
+        self.share = self.share * factor
+
     def _local(self, q: NDArray[np.float64]) -> Array:
         """Degrees of freedom of each element (e, m, 3) from the free ones (n, 3)."""
         return np.asarray(np.concatenate([q, np.zeros((1, 3))])[self.freedom.dofs])

@@ -14,13 +14,16 @@ from heartgen.refinement.distances import misfit
 from heartgen.refinement.elements import Care, usual_care
 from heartgen.refinement.patient import Patient
 
-REMEDIES = {"emphasis": 4, "firmness": 9}
+REMEDIES = {"emphasis": 6, "firmness": 9}
 """What elements that are not proven valid get more of from round to round, and for how many.
 Emphasis costs little accuracy, but where many neighbours fold it only passes the folds around."""
 
 GROWTH = 2.0
 """Factor by which they get more after the first round; after the second it is twice that, after
 the third three times, ..."""
+
+CLOSER_ROUNDS = 2
+"""Rounds in which a mesh that took much care is fitted again with little."""
 
 EASIER_ROUNDS = 4
 """Rounds in which quality may get less weight than in the round before."""
@@ -79,7 +82,8 @@ def refine_in_rounds(
     if valid and care.most > GROWTH:
         # Out of the folds, much care is needless: the certificate keeps the mesh from going back.
         care = care.eased(GROWTH)
-        best = refined(best, care, weights, within=True)
+        for _ in range(CLOSER_ROUNDS):
+            best = refined(best, care, weights, within=True)
     reached = misfit(best, patient) if np.isfinite(allowed) else 0.0
     for _ in range(EASIER_ROUNDS - 1):
         if not valid or reached <= allowed:
