@@ -37,7 +37,7 @@ SCALE = 0.3
 """Distance that weighs as much as one unit of the quality terms, voxels."""
 
 TRIES = 10
-"""Tries of a step, each half as long as the one before, after which none is made."""
+"""Tries of a step, each shorter than the one before, after which none is made."""
 
 HELD_BACK, EMPHASIS = 0.25, 4.0
 """Share of a step that is left to elements that would fold under it; and, where none was found,
