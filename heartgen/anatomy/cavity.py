@@ -9,7 +9,7 @@ import scipy.ndimage as ndi
 from numpy.typing import NDArray
 
 from heartgen.errors import AnatomyError
-from heartgen.images.distance import inner_distance
+from heartgen.images.distance import box_around, inner_distance, near
 
 CORE_DEPTH = 0.15
 """Depth of the pool's core below its surface, over the pool's greatest depth: cuts the pool off
@@ -125,8 +125,8 @@ def deepest_pocket(space: Space, part: NDArray[np.bool_]) -> NDArray[np.bool_]:
     radius = core_radius(space, part)
     cores, count = ndi.label(part & (space.depth > radius), structure=CONNECTED)
     core = cores == int(np.argmax(greatest(space.depth, cores, count))) + 1
-    near = inner_distance(~core, space.spacing) <= radius + float(np.max(space.spacing))
-    return np.asarray(part & near)
+    reach = radius + float(np.max(space.spacing))
+    return np.asarray(part & near(core, reach, space.spacing))
 
 
 def greatest(
@@ -177,7 +177,7 @@ def without_channels(pool: NDArray[np.bool_], spacing: NDArray[np.float64]) -> N
         sizes = ndi.sum_labels(core, parts, np.arange(1, count + 1))
         core = parts == int(np.argmax(sizes)) + 1
     reach = radius + 0.5 * float(np.max(spacing))
-    return np.asarray(pool & (inner_distance(~core, spacing) <= reach))
+    return np.asarray(pool & near(core, reach, spacing))
 
 
 def exposure(
@@ -229,15 +229,15 @@ def _muscles(
 ) -> NDArray[np.bool_]:
     """What a ball of the muscles' size cannot enter from outside: a closing of the pool."""
     radius = MUSCLE_RADIUS * inner_radius
-    distance = inner_distance(~pool, spacing)
+    box = box_around(pool, radius, spacing)
+    blood, out = pool[box], np.zeros_like(pool)
+    distance = inner_distance(~blood, spacing)
     closed = inner_distance(distance <= radius, spacing) > radius
-    deep = inner_distance(wall | pool, spacing) > MUSCLE_CLEARANCE * inner_radius
-    added = closed & ~pool & deep
-    parts, count = ndi.label(added, structure=CONNECTED)
-    if count == 0:
-        return added
+    deep = inner_distance(wall[box] | blood, spacing) > MUSCLE_CLEARANCE * inner_radius
+    parts, count = ndi.label(closed & ~blood & deep, structure=CONNECTED)
     thick = greatest(distance, parts, count) > MUSCLE_DEPTH * np.max(spacing)
-    return np.asarray(np.concatenate([[False], thick])[parts])
+    out[box] = np.concatenate([[False], thick])[parts]
+    return out
 
 
 def _opening(pool: NDArray[np.bool_], hull: NDArray[np.bool_], ventricle: str) -> NDArray[np.intp]:
@@ -260,9 +260,9 @@ def _far(
     inner_radius: float,
 ) -> NDArray[np.bool_]:
     """Voxels that are farther from a pool's opening than its inner radius."""
-    away = np.ones_like(pool)
-    away[tuple(opening.T)] = False
-    return np.asarray(inner_distance(away, spacing) > inner_radius)
+    lid = np.zeros_like(pool)
+    lid[tuple(opening.T)] = True
+    return ~near(lid, inner_radius, spacing)
 
 
 def _leaks(

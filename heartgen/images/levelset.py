@@ -166,8 +166,9 @@ def _propagated(
     smooth: NDArray[np.float64], affine: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.int32]]:
     """Smooth function, surface points, their normals, and which of them is each voxel's."""
-    seeds, normals, owner = _crossings(smooth, affine)
-    return smooth, seeds, normals, _sweep(owner, seeds, normals, affine[:3, :3].copy())
+    metric = np.ascontiguousarray(affine[:3, :3])
+    seeds, normals, owner = _crossings(smooth, metric)
+    return smooth, seeds, normals, _sweep(owner, seeds, normals, metric)
 
 
 def smooth_indicator(inside: NDArray[np.bool_]) -> NDArray[np.float64]:
@@ -176,9 +177,9 @@ def smooth_indicator(inside: NDArray[np.bool_]) -> NDArray[np.float64]:
 
 
 def _crossings(
-    smooth: NDArray[np.float64], affine: NDArray[np.float64]
+    smooth: NDArray[np.float64], metric: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int32]]:
-    """Surface points on grid edges (index), world normals, and each voxel's nearest one."""
+    """Surface points on grid edges (mm from the first voxel), normals, each voxel's nearest one."""
     level = smooth - INSIDE
     points = []
     for axis in range(3):
@@ -193,25 +194,32 @@ def _crossings(
     slope = np.stack(
         [ndi.map_coordinates(np.asarray(g), seeds.T, order=1) for g in np.gradient(smooth)], axis=-1
     )
-    normals = -slope @ np.linalg.inv(affine[:3, :3])
+    normals = -slope @ np.linalg.inv(metric)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    owner = np.full(smooth.shape, -1, dtype=np.int32)
-    _claim(owner, seeds, np.ascontiguousarray(affine[:3, :3]))
-    return seeds, normals, owner
+    owner, places = np.full(smooth.shape, -1, dtype=np.int32), seeds @ metric.T
+    _claim(owner, seeds, places, metric)
+    return places, normals, owner
 
 
 @nb.njit(cache=True)
-def _squared(seed, i, j, k, metric):  # type: ignore[no-untyped-def]
-    """Squared distance in mm between a surface point and a voxel centre."""
-    a, b, c = seed[0] - i, seed[1] - j, seed[2] - k
-    out = 0.0
-    for x in range(3):
-        out += (metric[x, 0] * a + metric[x, 1] * b + metric[x, 2] * c) ** 2
-    return out
+def _centre(metric, i, j, k):  # type: ignore[no-untyped-def]
+    """Centre of a voxel, mm from that of the first."""
+    return (
+        metric[0, 0] * i + metric[0, 1] * j + metric[0, 2] * k,
+        metric[1, 0] * i + metric[1, 1] * j + metric[1, 2] * k,
+        metric[2, 0] * i + metric[2, 1] * j + metric[2, 2] * k,
+    )
 
 
 @nb.njit(cache=True)
-def _claim(owner, seeds, metric):  # type: ignore[no-untyped-def]
+def _squared(place, centre):  # type: ignore[no-untyped-def]
+    """Squared distance between a surface point and a voxel centre."""
+    x, y, z = place[0] - centre[0], place[1] - centre[1], place[2] - centre[2]
+    return x * x + y * y + z * z
+
+
+@nb.njit(cache=True)
+def _claim(owner, seeds, places, metric):  # type: ignore[no-untyped-def]
     """Give every voxel at an end of a crossed edge the nearest of its surface points."""
     for s in range(len(seeds)):
         i0, j0, k0 = (
@@ -222,25 +230,20 @@ def _claim(owner, seeds, metric):  # type: ignore[no-untyped-def]
         i1, j1, k1 = int(np.ceil(seeds[s, 0])), int(np.ceil(seeds[s, 1])), int(np.ceil(seeds[s, 2]))
         for end in range(2):
             i, j, k = (i0, j0, k0) if end == 0 else (i1, j1, k1)
-            old = owner[i, j, k]
-            if old < 0 or _squared(seeds[s], i, j, k, metric) < _squared(
-                seeds[old], i, j, k, metric
-            ):
+            old, centre = owner[i, j, k], _centre(metric, i, j, k)
+            if old < 0 or _squared(places[s], centre) < _squared(places[old], centre):
                 owner[i, j, k] = s
 
 
 @nb.njit(cache=True)
-def _height(seed, normal, i, j, k, metric):  # type: ignore[no-untyped-def]
-    """Height in mm of a voxel centre over the tangent plane of a surface point."""
-    a, b, c = i - seed[0], j - seed[1], k - seed[2]
-    out = 0.0
-    for x in range(3):
-        out += (metric[x, 0] * a + metric[x, 1] * b + metric[x, 2] * c) * normal[x]
-    return out
+def _height(place, normal, centre):  # type: ignore[no-untyped-def]
+    """Height of a voxel centre over the tangent plane of a surface point."""
+    x, y, z = centre[0] - place[0], centre[1] - place[1], centre[2] - place[2]
+    return x * normal[0] + y * normal[1] + z * normal[2]
 
 
 @nb.njit(cache=True, nogil=True)
-def _sweep(owner, seeds, normals, metric):  # type: ignore[no-untyped-def]
+def _sweep(owner, places, normals, metric):  # type: ignore[no-untyped-def]
     """Propagate nearest surface points by eight directional sweeps (vector distance transform).
 
     Among points at the same distance the one whose tangent plane is nearer wins, whatever the order
@@ -257,8 +260,8 @@ def _sweep(owner, seeds, normals, metric):  # type: ignore[no-untyped-def]
                 j = jj if dj > 0 else ny - 1 - jj
                 for kk in range(nz):
                     k = kk if dk > 0 else nz - 1 - kk
-                    best = owner[i, j, k]
-                    least = _squared(seeds[best], i, j, k, metric) if best >= 0 else np.inf
+                    best, centre = owner[i, j, k], _centre(metric, i, j, k)
+                    least = _squared(places[best], centre) if best >= 0 else np.inf
                     for n in range(3):
                         a = i - di if n == 0 else i
                         b = j - dj if n == 1 else j
@@ -267,12 +270,12 @@ def _sweep(owner, seeds, normals, metric):  # type: ignore[no-untyped-def]
                             other = owner[a, b, c]
                             if other < 0 or other == best:
                                 continue
-                            d = _squared(seeds[other], i, j, k, metric)
+                            d = _squared(places[other], centre)
                             if d > least * (1 + TIE):
                                 continue
                             if d > least * (1 - TIE):
-                                new = _height(seeds[other], normals[other], i, j, k, metric)
-                                old = _height(seeds[best], normals[best], i, j, k, metric)
+                                new = _height(places[other], normals[other], centre)
+                                old = _height(places[best], normals[best], centre)
                                 if abs(new) >= abs(old) * (1 - TIE):
                                     continue
                             least, best = d, other
@@ -281,28 +284,28 @@ def _sweep(owner, seeds, normals, metric):  # type: ignore[no-untyped-def]
 
 
 @nb.njit(cache=True, parallel=True)
-def _settle(owner, seeds, normals, metric, near):  # type: ignore[no-untyped-def]
+def _settle(owner, places, normals, metric, near):  # type: ignore[no-untyped-def]
     """Best of the own and the 26 neighbours' surface points of each voxel near the surface."""
     nx, ny, nz = owner.shape
     out = owner.copy()
     for i in nb.prange(nx):
         for j in range(ny):
             for k in range(nz):
-                best = owner[i, j, k]
-                least = _squared(seeds[best], i, j, k, metric)
+                best, centre = owner[i, j, k], _centre(metric, i, j, k)
+                least = _squared(places[best], centre)
                 if least > near:
                     continue
-                height = abs(_height(seeds[best], normals[best], i, j, k, metric))
+                height = abs(_height(places[best], normals[best], centre))
                 for a in range(max(i - 1, 0), min(i + 2, nx)):
                     for b in range(max(j - 1, 0), min(j + 2, ny)):
                         for c in range(max(k - 1, 0), min(k + 2, nz)):
                             other = owner[a, b, c]
                             if other == best:
                                 continue
-                            d = _squared(seeds[other], i, j, k, metric)
+                            d = _squared(places[other], centre)
                             if d > least * (1 + TIE):
                                 continue
-                            new = abs(_height(seeds[other], normals[other], i, j, k, metric))
+                            new = abs(_height(places[other], normals[other], centre))
                             if d > least * (1 - TIE) and new >= height * (1 - TIE):
                                 continue
                             least, height, best = d, new, other
@@ -311,15 +314,15 @@ def _settle(owner, seeds, normals, metric, near):  # type: ignore[no-untyped-def
 
 
 @nb.njit(cache=True, parallel=True)
-def _distances(nearest, seeds, normals, metric, inside, reach):  # type: ignore[no-untyped-def]
+def _distances(nearest, places, normals, metric, inside, reach):  # type: ignore[no-untyped-def]
     """Signed distance per voxel to the patch of tangent plane at its surface point."""
     out = np.empty(nearest.shape, dtype=np.float32)
     for i in nb.prange(nearest.shape[0]):
         for j in range(nearest.shape[1]):
             for k in range(nearest.shape[2]):
-                s = nearest[i, j, k]
-                squared = _squared(seeds[s], i, j, k, metric)
-                along = _height(seeds[s], normals[s], i, j, k, metric)
+                s, centre = nearest[i, j, k], _centre(metric, i, j, k)
+                squared = _squared(places[s], centre)
+                along = _height(places[s], normals[s], centre)
                 aside = max(squared - along * along, 0.0)
                 size = np.sqrt(along * along + max(aside - reach * reach, 0.0))
                 out[i, j, k] = -size if inside[i, j, k] else size

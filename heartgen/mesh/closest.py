@@ -133,15 +133,20 @@ def _evaluate(patch, u, v, work, state):  # type: ignore[no-untyped-def]
     _cubic(v, work[3], work[4], work[5])
     state[:] = 0.0
     for j in range(4):
-        for i in range(4):
-            for x in range(3):
+        value, slope, curve = work[3, j], work[4, j], work[5, j]
+        for x in range(3):
+            along = along_slope = along_curve = 0.0
+            for i in range(4):
                 p = patch[4 * j + i, x]
-                state[0, x] += work[0, i] * work[3, j] * p
-                state[1, x] += work[1, i] * work[3, j] * p
-                state[2, x] += work[0, i] * work[4, j] * p
-                state[3, x] += work[2, i] * work[3, j] * p
-                state[4, x] += work[1, i] * work[4, j] * p
-                state[5, x] += work[0, i] * work[5, j] * p
+                along += work[0, i] * p
+                along_slope += work[1, i] * p
+                along_curve += work[2, i] * p
+            state[0, x] += value * along
+            state[1, x] += value * along_slope
+            state[2, x] += slope * along
+            state[3, x] += value * along_curve
+            state[4, x] += slope * along_slope
+            state[5, x] += curve * along
 
 
 @nb.njit(cache=True)

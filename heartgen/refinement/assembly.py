@@ -1,13 +1,19 @@
-"""Sparse normal equations, assembled from dense blocks of elements and faces."""
+"""Sparse normal equations, assembled from dense blocks of elements and faces.
+
+They are symmetric and positive definite, and the degrees of freedom can be put in an order in which
+all entries are near the diagonal: the heart is longer than its wall is wide. A banded Cholesky
+factorisation, dense inside the band, is then two to four times as fast as a general sparse one.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.linalg
 import scipy.sparse as sp
-import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 SHIFT = 1e-10
 """Share of the largest diagonal entry added to all of them: the pole's are nearly free."""
@@ -32,36 +38,47 @@ class Blocks:
 
 
 class Assembler:
-    """Adds blocks to one sparse matrix; the pattern is worked out once."""
+    """Adds blocks to one banded matrix; order and pattern are worked out once."""
 
     def __init__(self, dofs: list[NDArray[np.intp]], n: int) -> None:
         self.n = n
-        keys = [block[:, :, None] * (n + 1) + block[:, None, :] for block in dofs]
-        pattern, slot = np.unique(np.concatenate([k.ravel() for k in keys]), return_inverse=True)
-        row, self._column = np.divmod(pattern, n + 1)
-        self._starts = np.searchsorted(row, np.arange(n + 2))
-        ones = (np.ones(len(slot)), (slot, np.arange(len(slot))))
-        self._gather = sp.csr_array(sp.coo_array(ones, shape=(len(pattern), len(slot))))
+        row = np.concatenate([np.repeat(d, d.shape[1], axis=1).ravel() for d in dofs])
+        column = np.concatenate([np.tile(d, d.shape[1]).ravel() for d in dofs])
+        pair = np.flatnonzero((row < n) & (column < n))
+        graph = sp.csr_array((np.ones(len(pair)), (row[pair], column[pair])), shape=(n, n))
+        self._order = reverse_cuthill_mckee(graph, symmetric_mode=True)
+        place = np.argsort(self._order)
+        pair = pair[place[row[pair]] >= place[column[pair]]]
+        keys = place[row[pair]] * n + place[column[pair]]
+        pattern, slot = np.unique(keys, return_inverse=True)
+        gather = sp.coo_array((np.ones(len(slot)), (slot, pair)), shape=(len(pattern), len(row)))
+        self._gather = sp.csr_array(gather)
+        first, second = (3 * k[:, None] for k in np.divmod(pattern, n))
+        first, second = first + np.repeat(np.arange(3), 3), second + np.tile(np.arange(3), 3)
+        self._lower = first >= second
+        below, along = (first - second)[self._lower], second[self._lower]
+        self._width = int(below.max()) + 1
+        self._slot = along * self._width + below
 
     def solve(self, blocks: list[Blocks]) -> NDArray[np.float64]:
         """Newton step (n, 3) that the blocks ask for; their `dofs` are those of the constructor."""
         entries = np.concatenate([_by_pairs(b.matrix) for b in blocks])
-        data = np.asarray(self._gather @ entries).reshape(-1, 3, 3)
-        size = 3 * (self.n + 1)
-        whole = sp.bsr_array((data, self._column, self._starts), shape=(size, size))
-        matrix = sp.csc_array(whole.tocsc()[: 3 * self.n, : 3 * self.n])
-        shift = SHIFT * float(matrix.diagonal().max())
-        matrix = sp.csc_array(matrix + shift * sp.eye_array(3 * self.n, format="csc"))
+        band = np.zeros(3 * self.n * self._width)
+        band[self._slot] = (self._gather @ entries)[self._lower]
+        band = band.reshape((self._width, 3 * self.n), order="F")  # as LAPACK wants it
+        band[0] += SHIFT * band[0].max()
         right = np.zeros((self.n + 1, 3))
         for b in blocks:
             np.add.at(right, b.dofs.ravel(), b.gradient.reshape(-1, 3))
-        factor = spla.splu(
-            matrix,
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
+        factor = scipy.linalg.cholesky_banded(
+            band, overwrite_ab=True, lower=True, check_finite=False
         )
-        return np.asarray(-factor.solve(right[: self.n].ravel()).reshape(-1, 3))
+        ordered = right[self._order].ravel()
+        step = np.empty((self.n, 3))
+        step[self._order] = -scipy.linalg.cho_solve_banded(
+            (factor, True), ordered, overwrite_b=True, check_finite=False
+        ).reshape(-1, 3)
+        return step
 
 
 def _by_pairs(matrix: NDArray[np.float64]) -> NDArray[np.float64]:

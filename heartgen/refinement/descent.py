@@ -24,8 +24,14 @@ from heartgen.mesh.validity import certify
 from heartgen.options import Insertion
 from heartgen.refinement.anchor import DRIFT, Anchor, anchored
 from heartgen.refinement.assembly import Assembler
-from heartgen.refinement.distances import changes, distance_blocks, from_patient, to_patient
-from heartgen.refinement.elements import Care, Elements, usual_care
+from heartgen.refinement.distances import (
+    Distances,
+    changes,
+    distance_blocks,
+    from_patient,
+    to_patient,
+)
+from heartgen.refinement.elements import Care, Elements, State, usual_care
 from heartgen.refinement.patient import Patient
 
 STEPS = 10
@@ -204,10 +210,13 @@ def refine(
     def shape(q: NDArray[np.float64]) -> HexMesh:
         return mesh.with_dofs(np.asarray(freedom.straight @ q))
 
+    def outwards(q: NDArray[np.float64]) -> Distances:
+        return to_patient(shape(q), faces, patient, weights.cut).trusted(trust)
+
     q = mesh.dofs[freedom.free]
+    outward = outwards(q)
     for step in range(steps):
         progress(step / steps)
-        outward = to_patient(shape(q), faces, patient, weights.cut).trusted(trust)
         points = patient.few if step < steps - FULL_STEPS else patient.points
         inward = from_patient(shape(q), faces, points, patient.voxel).trusted(trust)
         state = elements.state(q)
@@ -218,33 +227,33 @@ def refine(
             distance_blocks(faces, [kept.drift(shape(q))], per_drift),
         ]
         direction = assembler.solve(blocks)
-        unfolding = bool(state.lift.any())
         stiff, oblique = weights.bending * elements.stiff(state), elements.oblique(state)
 
         def energy(
             q: NDArray[np.float64],
+            state: State,
+            out: Distances,
             back: NDArray[np.float64],
-            unfolding: bool = unfolding,
             kept: Anchor = kept,
             weight: NDArray[np.float64] = inward.weight,
             stiff: NDArray[np.float64] = stiff,
             oblique: NDArray[np.float64] = oblique,
         ) -> float:
-            candidate = elements.state(q, unfolding)
-            out = to_patient(shape(q), faces, patient, weights.cut).trusted(trust)
             return (
                 per_square * (out.mean_square + float(weight @ back**2))
                 + per_drift * kept.drift(shape(q)).mean_square
                 + elements.bent(q, stiff)
-                + weights.spread * elements.spread(candidate)
-                + weights.shear * elements.shear(candidate, oblique)
+                + weights.spread * elements.spread(state)
+                + weights.shear * elements.shear(state, oblique)
             )
 
-        start, length = energy(q, inward.value), 1.0
+        start, length = energy(q, state, outward, inward.value), 1.0
+        unfolding = bool(state.lift.any())
         change, emphasis = changes(faces, inward, direction), np.ones(mesh.n_elements)
         for _ in range(TRIES):
             candidate = q + length * direction
-            if energy(candidate, inward.value + length * change) >= start:
+            out, back = outwards(candidate), inward.value + length * change
+            if energy(candidate, elements.state(candidate, unfolding), out, back) >= start:
                 length /= 2
             elif within and (folded := ~certify(shape(candidate)).valid).any():
                 # The elements that would fold hold themselves back, and not all the others.
@@ -252,7 +261,7 @@ def refine(
                 change = changes(faces, inward, direction)
                 emphasis[folded] = EMPHASIS
             else:
-                q = candidate
+                q, outward = candidate, out
                 break
         else:
             elements.emphasise(emphasis)
