@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
@@ -225,7 +226,8 @@ class Elements:
             cosine = np.sum(unit[..., a] * unit[..., b], axis=-1)
             of_a = (unit[..., b] - cosine[..., None] * unit[..., a]) / length[..., a, None]
             of_b = (unit[..., a] - cosine[..., None] * unit[..., b]) / length[..., b, None]
-            row = _outer(self.inner_slopes[a], of_a) + _outer(self.inner_slopes[b], of_b)
+            slopes = (self.inner_slopes[a], self.inner_slopes[b])
+            row = _combined(slopes, np.stack([of_a, of_b]))
             rows.append(np.sqrt(shear) * root * row)
             values.append(np.sqrt(shear) * root[..., 0] * cosine)
         stacked, value = np.concatenate(rows, axis=1), np.concatenate(values, axis=1)
@@ -244,12 +246,10 @@ class Elements:
     def _log_det_rows(self, state: State) -> NDArray[np.float64]:
         """Derivative of log det J by the local degrees of freedom, (e, q, 3 m)."""
         j = state.jacobian
-        cofactors = (np.cross(j[..., (d + 1) % 3], j[..., (d + 2) % 3]) for d in range(3))
-        rows = (
-            _outer(slope, cofactor / state.root[..., None])
-            for slope, cofactor in zip(self.slopes, cofactors, strict=True)
+        cofactors = [np.cross(j[..., (d + 1) % 3], j[..., (d + 2) % 3]) for d in range(3)]
+        return np.asarray(
+            _combined(tuple(self.slopes), np.stack(cofactors) / state.root[..., None])
         )
-        return np.asarray(sum(rows))
 
     def _bending(self, length: NDArray[np.float64]) -> NDArray[np.float64]:
         """Squared second derivatives over squared sizes of the elements, (e, m, m)."""
@@ -290,8 +290,15 @@ def _directions(jacobian: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDA
     return jacobian / length[:, :, None, :], length
 
 
-def _outer(slope: NDArray[np.float64], vector: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Products (e, q, 3 m) of functions (e, q, m) and vectors (e, q, 3)."""
-    return np.asarray(
-        (slope[..., None] * vector[:, :, None, :]).reshape(*slope.shape[:2], 3 * slope.shape[2])
-    )
+@nb.njit(cache=True, parallel=True)
+def _combined(slopes, vectors):  # type: ignore[no-untyped-def]
+    """Sum (e, q, 3 m) of products of functions (e, q, m) and vectors (d, e, q, 3)."""
+    e, q, m = slopes[0].shape
+    out = np.zeros((e, q, 3 * m))
+    for i in nb.prange(e):
+        for d in range(len(slopes)):
+            for p in range(q):
+                for a in range(m):
+                    for x in range(3):
+                        out[i, p, 3 * a + x] += slopes[d][i, p, a] * vectors[d, i, p, x]
+    return out
