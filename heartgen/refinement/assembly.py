@@ -44,14 +44,13 @@ class Assembler:
         self.n = n
         row = np.concatenate([np.repeat(d, d.shape[1], axis=1).ravel() for d in dofs])
         column = np.concatenate([np.tile(d, d.shape[1]).ravel() for d in dofs])
-        pair = np.flatnonzero((row < n) & (column < n))
+        pair, n_pairs = np.flatnonzero((row < n) & (column < n)), len(row)
         graph = sp.csr_array((np.ones(len(pair)), (row[pair], column[pair])), shape=(n, n))
         self._order = reverse_cuthill_mckee(graph, symmetric_mode=True)
-        place = np.argsort(self._order)
-        pair = pair[place[row[pair]] >= place[column[pair]]]
-        keys = place[row[pair]] * n + place[column[pair]]
-        pattern, slot = np.unique(keys, return_inverse=True)
-        gather = sp.coo_array((np.ones(len(slot)), (slot, pair)), shape=(len(pattern), len(row)))
+        row, column = np.argsort(self._order)[[row[pair], column[pair]]]
+        pair, row, column = (of[row >= column] for of in (pair, row, column))
+        pattern, slot = np.unique(row * n + column, return_inverse=True)
+        gather = sp.coo_array((np.ones(len(slot)), (slot, pair)), shape=(len(pattern), n_pairs))
         self._gather = sp.csr_array(gather)
         first, second = (3 * k[:, None] for k in np.divmod(pattern, n))
         first, second = first + np.repeat(np.arange(3), 3), second + np.tile(np.arange(3), 3)
@@ -63,9 +62,9 @@ class Assembler:
     def solve(self, blocks: list[Blocks]) -> NDArray[np.float64]:
         """Newton step (n, 3) that the blocks ask for; their `dofs` are those of the constructor."""
         entries = np.concatenate([_by_pairs(b.matrix) for b in blocks])
-        band = np.zeros(3 * self.n * self._width)
-        band[self._slot] = (self._gather @ entries)[self._lower]
-        band = band.reshape((self._width, 3 * self.n), order="F")  # as LAPACK wants it
+        values = np.zeros(3 * self.n * self._width)
+        values[self._slot] = (self._gather @ entries)[self._lower]
+        band = values.reshape((self._width, 3 * self.n), order="F")  # as LAPACK wants it
         band[0] += SHIFT * band[0].max()
         right = np.zeros((self.n + 1, 3))
         for b in blocks:
