@@ -60,7 +60,11 @@ class Assembler:
         self._slot = along * self._width + below
 
     def solve(self, blocks: list[Blocks]) -> NDArray[np.float64]:
-        """Newton step (n, 3) that the blocks ask for; their `dofs` are those of the constructor."""
+        """Newton step (n, 3) that the blocks ask for; their `dofs` are those of the constructor.
+
+        Not a number throughout where rounding leaves no positive definite system to solve, as
+        that of elements that have shrunk to nothing.
+        """
         entries = np.concatenate([_by_pairs(b.matrix) for b in blocks])
         values = np.zeros(3 * self.n * self._width)
         values[self._slot] = (self._gather @ entries)[self._lower]
@@ -69,9 +73,12 @@ class Assembler:
         right = np.zeros((self.n + 1, 3))
         for b in blocks:
             np.add.at(right, b.dofs.ravel(), b.gradient.reshape(-1, 3))
-        factor = scipy.linalg.cholesky_banded(
-            band, overwrite_ab=True, lower=True, check_finite=False
-        )
+        try:
+            factor = scipy.linalg.cholesky_banded(
+                band, overwrite_ab=True, lower=True, check_finite=False
+            )
+        except np.linalg.LinAlgError:
+            return np.full((self.n, 3), np.nan)
         ordered = right[self._order].ravel()
         step = np.empty((self.n, 3))
         step[self._order] = -scipy.linalg.cho_solve_banded(

@@ -253,7 +253,8 @@ def refine(
         for _ in range(TRIES):
             candidate = q + length * direction
             out, back = outwards(candidate), inward.value + length * change
-            if energy(candidate, elements.state(candidate, unfolding), out, back) >= start:
+            value = energy(candidate, elements.state(candidate, unfolding), out, back)
+            if not value < start:  # nor is a step made to where it is not a number
                 length /= 2
             elif within and (folded := ~certify(shape(candidate)).valid).any():
                 # The elements that would fold hold themselves back, and not all the others.

@@ -179,8 +179,11 @@ class Elements:
         """Weight (e, p) of the cosines: one over the squared scaled Jacobian.
 
         The scaled Jacobian falls the faster the smaller it is; squares alone would let one point
-        shear so that many others need not.
+        shear so that many others need not. Not while unfolding: a folded element's is near zero in
+        one place or another from step to step, and weights that follow lead the mesh astray.
         """
+        if state.lift.any():
+            return np.broadcast_to(self.inner_weights, state.inner.shape[:2])
         unit, _ = _directions(state.inner)
         scaled = np.abs(np.linalg.det(unit))
         return np.asarray(self.inner_weights / np.maximum(scaled, LEAST_SCALED) ** 2)

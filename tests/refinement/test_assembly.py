@@ -42,3 +42,9 @@ def test_degrees_of_freedom_of_no_block_do_not_move():
     step = Assembler([blocks.dofs], 12).solve([blocks])
     assert not step[9:].any()
     assert step[:9].all()
+
+
+def test_a_system_without_a_finite_solution_gives_no_number():
+    blocks = _chain(9, 3, np.random.default_rng(0))
+    blocks.matrix[0] *= -1e3
+    assert np.isnan(Assembler([blocks.dofs], 9).solve([blocks])).all()

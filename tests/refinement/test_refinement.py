@@ -18,6 +18,7 @@ from heartgen.mesh.freedom import FaceFreedom, Freedom
 from heartgen.mesh.validity import certify, determinant_coefficients
 from heartgen.refinement import Weights, misfit, patient_of, refine, weights_for
 from heartgen.refinement.anchor import FARTHEST, FARTHEST_OF_ALL, drift
+from heartgen.refinement.assembly import Assembler
 from heartgen.refinement.distances import distance_blocks, from_patient, to_patient
 from heartgen.refinement.elements import Elements, usual_care
 from heartgen.templates import lv_template
@@ -55,7 +56,7 @@ def test_gradient_of_the_quality_terms(template: HexMesh, unfolding: bool) -> No
     elements = Elements(freedom, template.topology, care)
     q = template.dofs[freedom.free] + 0.1 * rng.standard_normal((freedom.n, 3))
     direction = rng.standard_normal(q.shape)
-    oblique = elements.oblique(elements.state(q))
+    oblique = elements.oblique(elements.state(q, unfolding))
 
     def energy(t: float) -> float:
         state = elements.state(q + t * direction, unfolding=False)
@@ -217,6 +218,16 @@ def test_folded_elements_are_unfolded(anatomy: Anatomy, template: HexMesh) -> No
     assert not certify(start).all_valid
     refined = refine(start, patient_of(anatomy), weights_for(2, 1.0))
     assert certify(refined).all_valid
+
+
+def test_a_step_that_is_not_a_number_is_not_made(
+    anatomy: Anatomy, template: HexMesh, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        Assembler, "solve", lambda self, blocks: np.full((self.n, 3), np.nan, dtype=float)
+    )
+    kept = refine(template, patient_of(anatomy), weights_for(3, 1.0), steps=2)
+    np.testing.assert_allclose(kept.dofs, enhance(template).dofs, atol=1e-9)
 
 
 def test_moves_with_the_patient(anatomy: Anatomy, template: HexMesh) -> None:

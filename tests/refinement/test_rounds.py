@@ -11,6 +11,7 @@ from heartgen import samples
 from heartgen.anatomy import analyse
 from heartgen.mesh import HexMesh
 from heartgen.mesh.validity import certify
+from heartgen.options import QUALITY_LIMITS
 from heartgen.refinement import (
     Patient,
     Weights,
@@ -71,6 +72,18 @@ def test_what_it_took_to_unfold_costs_little_accuracy(
     assert treated >= folded > 0
 
     assert misfit(refined, patient) < misfit(free, patient)
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+def test_a_mesh_full_of_folds_unfolds_whatever_quality_weighs(
+    heart: tuple[HexMesh, Patient], seed: int
+) -> None:
+    template, patient = heart
+    shake = np.random.default_rng(seed).normal(scale=2, size=template.dofs.shape)
+    start = template.with_dofs(template.dofs + shake)
+    assert np.mean(certify(start).valid) < 0.6
+    most = weights_for(1, QUALITY_LIMITS[1], biventricular=True, columns=ELEMENTS[1])
+    assert certify(refine(start, patient, most)).all_valid
 
 
 def test_without_folds_there_is_one_round(heart: tuple[HexMesh, Patient], usual: Weights) -> None:
