@@ -42,3 +42,25 @@ def fitted_less(elements: int) -> tuple[Finding, ...]:
     fitted = "1 element was" if elements == 1 else f"{elements} elements were"
     message = f"{fitted} fitted less closely to keep all of them valid"
     return (Finding("refinement", message),)
+
+
+def poorer(quality: float, least: float) -> tuple[Finding, ...]:
+    """Tell when the poorest element stays below what was asked for.
+
+    Parameters
+    ----------
+    quality, least : float
+        Its Jacobian ratio, and the least that every element should reach.
+
+    Returns
+    -------
+    tuple of Finding
+        Empty if it reaches that, or nothing was asked for.
+    """
+    if not least or quality >= least:
+        return ()
+    message = (
+        f"the poorest element has a quality of {quality:.3f}, not {least:g} as asked for: let "
+        "quality weigh more, relax the interior, or choose a lower level of detail"
+    )
+    return (Finding("refinement", message),)

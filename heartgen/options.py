@@ -58,6 +58,9 @@ class Options:
         Refine the mesh after the paper's four steps.
     quality : float
         Weight of element quality against accuracy in the refinement, relative to the level's own.
+    least_quality : float
+        Jacobian ratio that every element should reach: those below it weigh more and more in the
+        refinement, as long as that helps; the report says where it does not.
     truncate : float or {"auto", "off"}
         Truncation below the rim, mm; ``"auto"`` where valve anatomy is present.
     base : {"rim", "plane"}
@@ -94,6 +97,7 @@ class Options:
     ventricles: Literal["auto", "lv", "biv"] = "auto"
     refine: bool = True
     quality: float = 1.0
+    least_quality: float = 0.0
     truncate: float | Literal["auto", "off"] = "auto"
     base: Literal["rim", "plane"] = "rim"
     enhance: bool = True
@@ -124,6 +128,16 @@ class Options:
             raise InputError(
                 f"quality {self.quality} is out of range: choose {QUALITY_LIMITS[0]:g} to "
                 f"{QUALITY_LIMITS[1]:g}, where 1 is the level's own"
+            )
+        if not 0 <= self.least_quality < 1:
+            raise InputError(
+                f"a Jacobian ratio of {self.least_quality} cannot be asked of every element: "
+                "choose 0, for none, or a number below 1, for example 0.3"
+            )
+        if self.least_quality and not self.refine:
+            raise InputError(
+                "poor elements can only be bettered where the mesh is refined: allow the "
+                "refinement, or ask for no least quality"
             )
         if isinstance(self.truncate, str) and self.truncate not in ("auto", "off"):
             raise InputError(

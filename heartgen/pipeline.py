@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 from heartgen.anatomy import Anatomy, Cone, analyse_under, cone_through, with_hole, with_views
 from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.clock import Clock, Progress
-from heartgen.concessions import fallen_back, fitted_less
+from heartgen.concessions import fallen_back, fitted_less, poorer
 from heartgen.enhancement import enhance
 from heartgen.errors import InputError
 from heartgen.fields import FIELDS, FibreRule, clinical_indices, make_fields
@@ -313,7 +313,8 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
         findings=start.mask.findings
         + anatomy.findings
         + fallen_back(len(deformations), level)
-        + fitted_less(treated),
+        + fitted_less(treated)
+        + poorer(quality.min, options.least_quality),
         seconds=clock.seconds,
     )
     return Personalization(
@@ -380,9 +381,11 @@ def _refined(
     )
     patient = patient_of(anatomy)
     allowed = _allowed_misfit(mesh, start, patient, options)
-    mesh, treated, valid = refine_in_rounds(mesh, patient, weights, allowed, done)
+    mesh, treated, valid = refine_in_rounds(
+        mesh, patient, weights, allowed, options.least_quality, done
+    )
     if options.interior == "relaxed" and valid:
-        mesh = relax(mesh)
+        mesh = relax(mesh, options.least_quality, done)
     return mesh, treated
 
 

@@ -152,6 +152,14 @@ def fit(
             help="Weight of element quality against accuracy, relative to the level's own.",
         ),
     ] = 1.0,
+    least_quality: Annotated[
+        float,
+        typer.Option(
+            metavar="RATIO",
+            help="Quality that the poorest element should reach too; the report says if it does "
+            "not.",
+        ),
+    ] = 0.0,
     no_enhance: Annotated[
         bool, typer.Option("--no-enhance", help="Leave out the step that straightens elements.")
     ] = False,
@@ -180,6 +188,7 @@ def fit(
             enhance=not no_enhance,
             refine=not no_refine,
             quality=quality,
+            least_quality=least_quality,
             depth=cast("Any", depth),
             apex=cast("Any", apex),
             hole_radius=hole_radius,

@@ -13,6 +13,7 @@ from heartgen.refinement.descent import Weights, refine
 from heartgen.refinement.distances import misfit
 from heartgen.refinement.elements import Care, usual_care
 from heartgen.refinement.patient import Patient
+from heartgen.refinement.poorest import raise_poorest
 
 REMEDIES = {"emphasis": 6, "firmness": 9}
 """What elements that are not proven valid get more of from round to round, and for how many.
@@ -48,6 +49,7 @@ def refine_in_rounds(
     patient: Patient,
     weights: Weights,
     allowed: float = np.inf,
+    least: float = 0.0,
     progress: Callable[[float], None] = lambda done: None,
 ) -> tuple[HexMesh, int, bool]:
     """Refine a mesh until it is proven valid.
@@ -60,6 +62,8 @@ def refine_in_rounds(
     weights : Weights
     allowed : float
         Misfit, mm, above which quality gets less weight.
+    least : float
+        Jacobian ratio below which elements get more weight in the end, as far as that helps.
     progress : callable
         Called with the share of a round that is done; may raise to cancel.
 
@@ -95,6 +99,10 @@ def refine_in_rounds(
         if reached - closer < WORTHWHILE * (reached - allowed):
             break
         best, reached = easier, closer
+    if valid:
+        best = raise_poorest(
+            best, least, lambda start, care: refined(start, care, weights, within=True)
+        )
     return best, care.treated, valid
 
 

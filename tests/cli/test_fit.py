@@ -68,6 +68,7 @@ def test_options_arrive(run, mask_file, tmp_path):
         "enhance": False,
         "refine": False,
         "quality": 2.0,
+        "least_quality": 0.0,
         "ventricles": "lv",
         "depth": "linear",
         "basis": "lagrange",
