@@ -24,14 +24,7 @@ from heartgen.mesh.hermite import RIM
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.validity import certify
 from heartgen.options import HOLE_SHARE, Options, usual_elements
-from heartgen.refinement import (
-    Patient,
-    misfit,
-    patient_of,
-    refine_in_rounds,
-    relax,
-    weights_for,
-)
+from heartgen.refinement import FitTarget, fit_target, misfit
 from heartgen.registration import Deformation, register
 from heartgen.report import REPORT, Report, measured, slices_of
 from heartgen.templates import biventricular_template, lv_template
@@ -389,7 +382,7 @@ def _refined(
     return mesh, treated
 
 
-def _allowed_misfit(mesh: HexMesh, start: _Start, patient: Patient, options: Options) -> float:
+def _allowed_misfit(mesh: HexMesh, start: _Start, patient: FitTarget, options: Options) -> float:
     """Misfit, mm, above which quality costs too much, by that of `mesh` and of earlier passes."""
     if options.quality > 1 or start.anatomy.slices is not None:
         return np.inf  # who turns the dial up asks for it; a stack shows little of the surface

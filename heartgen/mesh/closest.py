@@ -69,7 +69,27 @@ def closest_points(
     -------
     ClosestPoints
     """
-    control = face_control(mesh, faces)
+    return closest_on_patches(face_control(mesh, faces), queries, candidates)
+
+
+def closest_on_patches(
+    control: NDArray[np.float64], queries: NDArray[np.float64], candidates: int = CANDIDATES
+) -> ClosestPoints:
+    """Closest point of bicubic patches to each query point, as `closest_points`.
+
+    Parameters
+    ----------
+    control : (f, 16, 3) float64
+        Bernstein coefficients of the patches, mm.
+    queries : (n, 3) float64
+        mm, in the same frame.
+    candidates : int
+        Nearest samples of the patches from which Newton's method is tried.
+
+    Returns
+    -------
+    ClosestPoints
+    """
     t = (np.arange(STARTS) + 0.5) / STARTS
     v, u = np.meshgrid(t, t, indexing="ij")
     starts = np.stack([u.ravel(), v.ravel()], -1)

@@ -15,6 +15,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+from heartgen.mesh.freedom import FaceFreedom
+
 SHIFT = 1e-10
 """Share of the largest diagonal entry added to all of them: the pole's are nearly free."""
 
@@ -37,11 +39,44 @@ class Blocks:
     gradient: NDArray[np.float64]
 
 
+def face_blocks(
+    faces: FaceFreedom, matrix: NDArray[np.float64], gradient: NDArray[np.float64]
+) -> Blocks:
+    """Blocks of free degrees of freedom from those of the faces' Bernstein coefficients.
+
+    Parameters
+    ----------
+    faces : FaceFreedom
+    matrix : (f, 48, 48) float64
+    gradient : (f, 48) float64
+
+    Returns
+    -------
+    Blocks
+    """
+    of_dofs = faces.extraction
+    across = of_dofs.transpose(0, 2, 1)
+    return Blocks(
+        faces.dofs,
+        np.matmul(np.matmul(across, matrix), of_dofs),
+        np.matmul(across, gradient[..., None])[..., 0],
+    )
+
+
 class Assembler:
-    """Adds blocks to one banded matrix; order and pattern are worked out once."""
+    """Adds blocks to one banded matrix; order and pattern are worked out once.
+
+    Parameters
+    ----------
+    dofs : list of (b, m) int
+        Degrees of freedom of the kinds of blocks, such as those of elements and of faces.
+    n : int
+        Number of degrees of freedom.
+    """
 
     def __init__(self, dofs: list[NDArray[np.intp]], n: int) -> None:
         self.n = n
+        self._kinds = dofs
         row = np.concatenate([np.repeat(d, d.shape[1], axis=1).ravel() for d in dofs])
         column = np.concatenate([np.tile(d, d.shape[1]).ravel() for d in dofs])
         pair, n_pairs = np.flatnonzero((row < n) & (column < n)), len(row)
@@ -60,11 +95,12 @@ class Assembler:
         self._slot = along * self._width + below
 
     def solve(self, blocks: list[Blocks]) -> NDArray[np.float64]:
-        """Newton step (n, 3) that the blocks ask for; their `dofs` are those of the constructor.
+        """Newton step (n, 3) that the blocks ask for; their `dofs` are of the constructor's.
 
         Not a number throughout where rounding leaves no positive definite system to solve, as
         that of elements that have shrunk to nothing.
         """
+        blocks = [_added([b for b in blocks if b.dofs is dofs]) for dofs in self._kinds]
         entries = np.concatenate([_by_pairs(b.matrix) for b in blocks])
         values = np.zeros(3 * self.n * self._width)
         values[self._slot] = (self._gather @ entries)[self._lower]
@@ -85,6 +121,15 @@ class Assembler:
             (factor, True), ordered, overwrite_b=True, check_finite=False
         ).reshape(-1, 3)
         return step
+
+
+def _added(blocks: list[Blocks]) -> Blocks:
+    """The sum of blocks of the same degrees of freedom."""
+    first, *others = blocks
+    matrix, gradient = first.matrix, first.gradient
+    for other in others:
+        matrix, gradient = matrix + other.matrix, gradient + other.gradient
+    return Blocks(first.dofs, matrix, gradient)
 
 
 def _by_pairs(matrix: NDArray[np.float64]) -> NDArray[np.float64]:

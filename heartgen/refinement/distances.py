@@ -1,24 +1,32 @@
-"""Distances between mesh and patient in both directions, label by label."""
+"""Distances between the surfaces of mesh and patient, in both directions and label by label.
+
+    E_out = sum over samples of the mesh's faces  w d(x)^2
+    E_in  = sum over points p of the patient      w (n . (x(p) - p))^2
+
+d is the signed distance of the patient's surface, x(p) the closest point of the mesh, n the mesh's
+normal there. The weights w have sum 1 over all samples, but for what is said to weigh more.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.images.isosurface import Isosurface
-from heartgen.mesh.closest import closest_points
+from heartgen.mesh.closest import closest_on_patches, closest_points
 from heartgen.mesh.freedom import FaceFreedom
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.quadrature import gauss_square
 from heartgen.mesh.surfaces import FACE_COEFFICIENTS, tabulate_face
-from heartgen.refinement.assembly import Blocks
-from heartgen.refinement.patient import CUTS, Patient
+from heartgen.refinement.assembly import Blocks, face_blocks
+from heartgen.refinement.target import CUTS, FitTarget
+from heartgen.refinement.terms import Model
 
-FACE_SAMPLES = 6
+Array = NDArray[np.float64]
+
+FACE_GAUSS = 6
 """Samples per face and direction for the distance from mesh to patient."""
 
 CANDIDATES = 1
@@ -29,171 +37,157 @@ FACING = 0.3
 """Least cosine between the normals of patient and mesh at points that belong together."""
 
 OUTLIER = 3.0
-"""Distance, in units of the scale of a voxel, at which a point of the patient counts half."""
+"""Distance, voxels, at which a point of the patient counts half."""
 
 
 @dataclass(frozen=True)
-class Distances:
-    """Linearised distances: rows of ``normal . x`` at points of faces.
+class MeshToPatient:
+    """Signed distances of the patient's surfaces at samples of the mesh's faces.
 
     Attributes
     ----------
-    face : (p,) int
-        Row of the face in `FaceFreedom`.
-    functions : (p, 16) float64
-        Bernstein functions at the point.
-    normal : (p, 3) float64
-    value : (p,) float64
-        Distance, mm.
-    weight : (p,) float64
+    faces : FaceFreedom
+    target : FitTarget
+    weight : (f,) float64
+        Of the samples of each face, 1/mm^2.
     """
 
-    face: NDArray[np.intp]
-    functions: NDArray[np.float64]
-    normal: NDArray[np.float64]
-    value: NDArray[np.float64]
-    weight: NDArray[np.float64]
+    faces: FaceFreedom
+    target: FitTarget
+    weight: Array
 
-    @property
-    def mean_square(self) -> float:
-        """Weighted mean squared distance, mm^2 (the weights have sum 1, or more at the base)."""
-        return float(self.weight @ self.value**2)
+    def near(self, q: Array) -> Model:
+        """Return the term near a mesh (see `Term`)."""
+        functions, normal, value, weight = self._samples(q)
+        return Model(self._value, _blocks(self.faces, *_flat(functions, normal, value, weight)))
 
-    def largest(self, n: int) -> NDArray[np.float64]:
-        """Largest distance (n,) on each of n faces, mm."""
-        out = np.zeros(n)
-        np.maximum.at(out, self.face, np.abs(self.value))
-        return out
+    def _value(self, q: Array) -> float:
+        """The term, measured anew."""
+        _, _, value, weight = self._samples(q)
+        return float(np.sum(weight * value**2))
 
-    def trusted(self, trust: NDArray[np.float64]) -> Distances:
-        """Return the same with the weights multiplied by a factor (f,) for each face."""
-        return replace(self, weight=self.weight * trust[self.face])
+    def _samples(self, q: Array) -> tuple[Array, Array, Array, Array]:
+        """Functions (s, 16), slopes (f, s, 3), distances (f, s), mm, and weights (f, s)."""
+        uv, w = gauss_square(FACE_GAUSS)
+        functions, control = tabulate_face(uv), self.faces.at(q)
+        points = np.matmul(functions, control)
+        tangents = [np.matmul(tabulate_face(uv, d), control) for d in ((1, 0), (0, 1))]
+        area = np.linalg.norm(np.cross(*tangents), axis=-1) * w
+        value, slope = np.empty(area.shape), np.empty(points.shape)
+        for name, rows in self.faces.rows.items():
+            at = self.target.images[name].sample(points[rows].reshape(-1, 3))
+            value[rows], slope[rows] = at[0].reshape(area[rows].shape), at[1].reshape(points[rows].shape)
+        weight = area / area.sum() * self._shown(points, area) * self.weight[:, None]
+        return functions, slope, value, weight
 
-
-def to_patient(mesh: HexMesh, faces: FaceFreedom, patient: Patient, cut_weight: float) -> Distances:
-    """Signed distances of the patient's surfaces at samples of the mesh's faces."""
-    uv, w = gauss_square(FACE_SAMPLES)
-    basis = tabulate_face(uv)
-    control = faces.control(mesh)
-    points = np.matmul(basis, control)
-    tangents = [np.matmul(tabulate_face(uv, d), control) for d in ((1, 0), (0, 1))]
-    area = np.linalg.norm(np.cross(*tangents), axis=-1) * w
-    values, normals = np.empty(area.shape), np.empty(points.shape)
-    weights = area / area.sum() * _shown(points, area, faces, patient)
-    for name, rows in faces.rows.items():
-        value, slope = patient.images[name].sample(points[rows].reshape(-1, 3))
-        values[rows] = value.reshape(area[rows].shape)
-        normals[rows] = slope.reshape(points[rows].shape)
-        if name in CUTS:
-            weights[rows] *= cut_weight
-    return Distances(
-        np.repeat(np.arange(len(control)), len(uv)),
-        np.tile(basis, (len(control), 1)),
-        normals.reshape(-1, 3),
-        values.ravel(),
-        weights.ravel(),
-    )
+    def _shown(self, points: Array, area: Array) -> Array:
+        """How far the patient's images are data at samples (f, s, 3); its mean by area is 1."""
+        shown = self.target.confidence(points.reshape(-1, 3)).reshape(area.shape)
+        cut = np.zeros(len(shown), dtype=bool)
+        for name in CUTS:
+            cut[self.faces.rows.get(name, slice(0))] = True
+        shown[cut] = 1.0  # a cut is where it is, wherever the slices are
+        shown[~cut] *= area[~cut].sum() / (area[~cut] * shown[~cut]).sum()
+        return shown
 
 
-def _shown(
-    points: NDArray[np.float64],
-    area: NDArray[np.float64],
-    faces: FaceFreedom,
-    patient: Patient,
-) -> NDArray[np.float64]:
-    """How far the patient's images are data at samples (f, s, 3); its mean by area is 1."""
-    shown = patient.confidence(points.reshape(-1, 3)).reshape(area.shape)
-    cut = np.zeros(len(shown), dtype=bool)
-    for name in CUTS:
-        cut[faces.rows.get(name, slice(0))] = True
-    shown[cut] = 1.0  # a cut is where it is, wherever the slices are
-    shown[~cut] *= area[~cut].sum() / (area[~cut] * shown[~cut]).sum()
-    return shown
+@dataclass(frozen=True)
+class PatientToMesh:
+    """Distances from points of the patient to the tangent planes at their closest points.
 
+    Attributes
+    ----------
+    faces : FaceFreedom
+    target : FitTarget
+    weight : (f,) float64
+        Of the points that are closest to each face, 1/mm^2.
+    """
 
-def from_patient(
-    mesh: HexMesh, faces: FaceFreedom, surfaces: Mapping[str, Isosurface], voxel: float
-) -> Distances:
-    """Distances from points of the patient to the tangent planes at their closest points."""
-    parts = []
-    total = sum(p.weights.sum() for p in surfaces.values())
-    for name, target in surfaces.items():
-        rows = faces.rows[name]
-        near = closest_points(mesh, faces.faces[rows], target.points, CANDIDATES)
+    faces: FaceFreedom
+    target: FitTarget
+    weight: Array
+
+    def near(self, q: Array) -> Model:
+        """Return the term near a mesh (see `Term`)."""
+        control = self.faces.at(q)
+        parts = [self._matched(control, name) for name in self.target.points]
+        face, functions, normal, value, weight = (np.concatenate(p) for p in zip(*parts, strict=True))
+        total = sum(points.weights.sum() for points in self.target.points.values())
+        weight = weight / total * self.weight[face]
+
+        def later(q: Array) -> float:
+            moved = np.matmul(functions[:, None, :], (self.faces.at(q) - control)[face])[:, 0]
+            return float(weight @ (value + np.sum(moved * normal, axis=1)) ** 2)
+
+        return Model(later, _blocks(self.faces, face, functions, normal, value, weight))
+
+    def _matched(self, control: Array, name: str) -> tuple[NDArray[np.intp], Array, Array, Array, Array]:
+        """Faces (p,), functions (p, 16), normals (p, 3), distances (p,) and weights (p,)."""
+        points, rows = self.target.points[name], self.faces.rows[name]
+        near = closest_on_patches(control[rows], points.points, CANDIDATES)
         face = near.face + rows.start
-        control = faces.control(mesh)[face]
         tangents = [
-            np.einsum("pa,pax->px", tabulate_face(near.uv, d), control) for d in ((1, 0), (0, 1))
+            np.einsum("pa,pax->px", tabulate_face(near.uv, d), control[face])
+            for d in ((1, 0), (0, 1))
         ]
-        normal = unit(np.cross(*tangents)) * faces.signs[face, None]
+        normal = np.cross(*tangents) * self.faces.signs[face, None]
+        normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), np.finfo(float).tiny)
         # The patient's normals leave the pool or the heart; the mesh's leave the wall.
         outwards = 1.0 if name == "epi" else -1.0
-        facing = outwards * np.einsum("px,px->p", normal, target.normals) > FACING
-        reliable = facing / (1 + (near.distance / (OUTLIER * voxel)) ** 2)
-        parts.append(
-            Distances(
-                face,
-                tabulate_face(near.uv),
-                normal,
-                np.einsum("px,px->p", near.points - target.points, normal),
-                reliable * target.weights / total,
-            )
-        )
-    return Distances(
-        *(
-            np.concatenate([getattr(part, name) for part in parts])
-            for name in ("face", "functions", "normal", "value", "weight")
-        )
-    )
+        facing = outwards * np.einsum("px,px->p", normal, points.normals) > FACING
+        reliable = facing / (1 + (near.distance / (OUTLIER * self.target.voxel)) ** 2)
+        value = np.einsum("px,px->p", near.points - points.points, normal)
+        return face, tabulate_face(near.uv), normal, value, reliable * points.weights
 
 
-def misfit(mesh: HexMesh, patient: Patient) -> float:
+def misfit(mesh: HexMesh, target: FitTarget) -> float:
     """Mean distance of points of the patient to the mesh's surfaces, mm.
 
     Parameters
     ----------
     mesh : HexMesh
-    patient : Patient
+    target : FitTarget
 
     Returns
     -------
     float
     """
-    faces = [mesh.topology.surfaces[name] for name in patient.few]
+    faces = [mesh.topology.surfaces[name] for name in target.points]
     near = [
         closest_points(mesh, rows, target.points, CANDIDATES).distance
-        for rows, target in zip(faces, patient.few.values(), strict=True)
+        for rows, target in zip(faces, target.points.values(), strict=True)
     ]
-    weights = np.concatenate([target.weights for target in patient.few.values()])
+    weights = np.concatenate([target.weights for target in target.points.values()])
     return float(np.average(np.concatenate(near), weights=weights))
 
 
-def unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Vectors (..., 3) of length 1; zero stays zero."""
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.asarray(vectors / np.maximum(length, np.finfo(float).tiny))
-
-
-def distance_blocks(faces: FaceFreedom, parts: list[Distances], factor: float) -> Blocks:
-    """Gauss-Newton blocks of ``factor`` times the weighted squares of the distances."""
-    n, size = len(faces.faces), 3 * FACE_COEFFICIENTS
-    matrix, gradient = np.zeros((n, size, size)), np.zeros((n, size))
-    for d in parts:
-        _accumulate(d.face, d.functions, d.normal, d.value, factor * d.weight, matrix, gradient)
-    of_dofs = faces.extraction
-    return Blocks(
-        faces.dofs,
-        np.matmul(np.matmul(of_dofs.transpose(0, 2, 1), matrix), of_dofs),
-        np.matmul(of_dofs.transpose(0, 2, 1), gradient[..., None])[..., 0],
+def _flat(
+    functions: Array, normal: Array, value: Array, weight: Array
+) -> tuple[NDArray[np.intp], Array, Array, Array, Array]:
+    """The same samples of every face, as a list with the faces (p,)."""
+    f, s = value.shape
+    return (
+        np.repeat(np.arange(f), s),
+        np.tile(functions, (f, 1)),
+        normal.reshape(-1, 3),
+        value.ravel(),
+        weight.ravel(),
     )
 
 
-def changes(faces: FaceFreedom, d: Distances, step: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Change (p,) of the distances under a step (n, 3) of the free degrees of freedom."""
-    moves = np.concatenate([step, np.zeros((1, 3))])[faces.dofs].reshape(len(faces.dofs), -1, 1)
-    control = np.matmul(faces.extraction, moves).reshape(len(moves), FACE_COEFFICIENTS, 3)
-    moved = np.matmul(d.functions[:, None, :], control[d.face])[:, 0]
-    return np.asarray(np.sum(moved * d.normal, axis=1))
+def _blocks(
+    faces: FaceFreedom,
+    face: NDArray[np.intp],
+    functions: Array,
+    normal: Array,
+    value: Array,
+    weight: Array,
+) -> Blocks:
+    """Gauss-Newton blocks of the weighted squares of distances."""
+    n, size = len(faces.faces), 3 * FACE_COEFFICIENTS
+    matrix, gradient = np.zeros((n, size, size)), np.zeros((n, size))
+    _accumulate(face, functions, normal, value, weight, matrix, gradient)
+    return face_blocks(faces, matrix, gradient)
 
 
 @nb.njit(cache=True)

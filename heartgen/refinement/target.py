@@ -36,7 +36,7 @@ NEAR = 0.15
 
 
 @dataclass(frozen=True)
-class Patient:
+class FitTarget:
     """What the mesh is to meet.
 
     Attributes
@@ -57,7 +57,7 @@ class Patient:
 
     images: Mapping[str, LevelSet]
     points: Mapping[str, Isosurface]
-    few: Mapping[str, Isosurface]
+
     voxel: float
     length: float
     slices: Slices | None = None
@@ -70,7 +70,7 @@ class Patient:
         return np.asarray(INTERPOLATED + (1 - INTERPOLATED) * np.exp(-(away**2)))
 
 
-def patient_of(anatomy: Anatomy) -> Patient:
+def fit_target(anatomy: Anatomy) -> FitTarget:
     """Collect images and surface points of an anatomy.
 
     Parameters
@@ -79,7 +79,7 @@ def patient_of(anatomy: Anatomy) -> Patient:
 
     Returns
     -------
-    Patient
+    FitTarget
     """
     points, few = {}, {}
     for name, level in anatomy.surfaces.items():
@@ -91,7 +91,7 @@ def patient_of(anatomy: Anatomy) -> Patient:
                 contours = _away_from_cuts(anatomy.slices.contours[name], anatomy)
                 points[name] = few[name] = _with_contours(few[name], contours)
     voxel = min(anatomy.voxel, anatomy.length / VOXELS_PER_LENGTH)
-    return Patient(anatomy.surfaces, points, few, voxel, anatomy.length, anatomy.slices)
+    return FitTarget(anatomy.surfaces, few, voxel, anatomy.length, anatomy.slices)
 
 
 def _away_from_cuts(surface: Isosurface, anatomy: Anatomy) -> Isosurface:
