@@ -71,6 +71,13 @@ def disturbed(mesh: HexMesh, size: float = 0.3) -> HexMesh:
     return mesh.with_dofs(mesh.dofs + size * noise)
 
 
+def without_row(mesh: HexMesh, row: int) -> HexMesh:
+    """The mesh, of whose surfaces a row of elements does not count."""
+    index = mesh.topology.index
+    surfaces = {n: f[index[f[:, 0], 2] != row] for n, f in mesh.topology.surfaces.items()}
+    return HexMesh(mesh.dofs, replace(mesh.topology, surfaces=surfaces))
+
+
 def wriggles(mesh: HexMesh, direction: int) -> np.ndarray:
     lines = mesh_lines(mesh)
     return np.sort(lines.wriggle[lines.direction == direction])
@@ -221,12 +228,17 @@ def test_basis_and_files_do_not_matter(both: Personalization, tmp_path: Path) ->
 
 
 def test_normals_are_those_of_the_patient(anatomy: Anatomy) -> None:
+    # Of ellipsoids, but for the apex, whose thickness does not make its epicardium one.
     template = lv_template(anatomy, SHAPE)
     good = assess_fairness(template, anatomy)
     assert good.normal_mean is not None
     assert good.normal_p95 is not None
-    assert good.normal_mean < 2
-    assert good.normal_mean < good.normal_p95 < 5
+    assert good.normal_mean < good.normal_p95
+    above = assess_fairness(without_row(template, 0), anatomy)
+    assert above.normal_mean is not None
+    assert above.normal_p95 is not None
+    assert above.normal_mean < 2
+    assert above.normal_p95 < 4
     bad = assess_fairness(disturbed(template, 1.0), anatomy)
     assert bad.normal_mean is not None
     assert bad.normal_mean > 3 * good.normal_mean

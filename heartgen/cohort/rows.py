@@ -64,8 +64,8 @@ def row_of(case: Case, digest: str, report: Report) -> Row:
     -------
     dict
         Errors in mm (``error_...``), qualities (``q_...``), fairness in degrees (``fair_...``),
-        sizes in mm and ml (``size_...``), seconds, versions, options, findings as one text, and ``status``: success, valid but not a
-        success and why, or failed and why.
+        sizes in mm and ml (``size_...``), seconds, versions, options, findings as one
+        text, and ``status``: success, valid but not a success and why, or failed and why.
     """
     judged, parts = verdict(report), report.to_dict()
     row = _head(case, digest, report.options) | {
