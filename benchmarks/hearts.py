@@ -244,7 +244,7 @@ def _wriggle(done: list[dict[str, Any]], levels: tuple[int, ...]) -> str:
         "|---" * 15 + "|",
     ]
     for k in levels:
-        r = [x for x in done if x["lod"] == k]
+        r = [x for x in done if x["lod"] == k and "around" in x]  # stored rows may lack it
         if not r:
             continue
         cells = []
