@@ -43,8 +43,9 @@ NORMAL_GAUSS = 3
 
 SMOOTHING = 2.0
 """Gaussian width, in voxels, over which the patient's normals are averaged: stairs of voxels tilt a
-surface by 10 degrees over a few voxels, which no smooth mesh should follow. On phantoms the average
-is off the true normal by 1 degree; half the width leaves 3, and twice the width blunts the apex."""
+surface by 10 degrees over a few voxels, which no smooth mesh should follow. On a phantom the mean
+is off the true normal by about 1 degree; half the width leaves 3, and half as much again blunts
+the apex."""
 
 REACH, STEP = 2.0, 0.5
 """Radius of the disc of the average and distance of its points, in Gaussian widths: a voxel, since
