@@ -1,13 +1,17 @@
 """Fit every mask of some folders at several levels of detail, and tabulate.
 
 usage: python -m benchmarks.hearts FOLDER... [--elements 1x12x6] [--levels 1,2,3,4,5] [--paper]
-                                   [--score SCORE.py] [--scored 1,3] [--options k=v,...] [-o OUT]
+                                   [--score SCORE.py] [--fairness FAIRNESS.py] [--scored 1,3]
+                                   [--every N] [--options k=v,...] [-o OUT]
 
 With --paper the paper's four steps alone, without the refinement. With --score, an independent
 script ``SCORE.py`` with a function ``score(mask, [mesh])`` measures the meshes of the levels in
---scored too. Writes OUT.csv
-(a line per case and level) and prints the medians, the successes and certified meshes, the errors
-by surface, the worst cases, and how error and quality move from level to level.
+--scored too; with --fairness, one with a function ``fairness(elements, mask)`` of the points
+(e, 64, 3) of cubic Lagrange elements. With --every, only the first of every N masks is fitted.
+Writes OUT.csv
+(a line per case and level) and prints the medians, the successes and certified meshes, the
+errors by surface, the wriggle of the lines and what the refinement adds to it, the worst cases, and
+how error and quality move from level to level.
 """
 
 from __future__ import annotations
@@ -35,6 +39,17 @@ FALL = 1.02
 
 IMAGES = (".nii.gz", ".nii", ".nrrd", ".mha")
 WORST = 10
+MORE = 10.0
+"""Wriggle that the refinement adds, degrees, from which a heart is counted."""
+
+WRIGGLES = {
+    "around": "circumferential_median",
+    "around_worst": "circumferential_max",
+    "along": "longitudinal_median",
+    "along_worst": "longitudinal_max",
+}
+"""Columns of the wriggle, and its names in a report."""
+
 SURFACES = ("lv_endo", "rv_endo", "rv_apex", "epi", "base")
 
 
@@ -49,18 +64,24 @@ def main() -> None:
     parser.add_argument("--paper", action="store_true")
     parser.add_argument("--options", default="")
     parser.add_argument("--score", type=Path)
+    parser.add_argument("--fairness", type=Path)
     parser.add_argument("--scored", default="1,3")
+    parser.add_argument("--every", type=int, default=1)
     parser.add_argument("--processes", type=int, default=os.cpu_count())
     parser.add_argument("-o", "--out", type=Path, default=Path("benchmarks/results/hearts"))
     a = parser.parse_args()
     cases = sorted(p for f in a.folders for p in f.iterdir() if p.name.endswith(IMAGES))
+    cases = cases[:: a.every]
     levels = tuple(int(k) for k in a.levels.split(","))
     choices: dict[str, Any] = {"refine": not a.paper}
     if a.elements:
         choices["elements"] = tuple(int(n) for n in a.elements.split("x"))
     given = settings_from_text(filter(None, a.options.split(",")))
     choices |= {name: values[0] for name, values in given.items()}
-    scored = {int(k): str(a.score) for k in a.scored.split(",") if a.score}
+    scripts = {
+        name: str(path) for name, path in (("score", a.score), ("fairness", a.fairness)) if path
+    }
+    scored = {int(k): scripts for k in a.scored.split(",")}
     jobs = [(str(p), levels, choices, scored) for p in cases]
     rows: list[dict[str, Any]] = []
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))  # for the workers, which import anew
@@ -77,8 +98,10 @@ def main() -> None:
     print(f"\n{summary(rows, len(cases), levels)}")
 
 
-def fit(job: tuple[str, tuple[int, ...], dict[str, Any], dict[int, str]]) -> list[dict[str, Any]]:
-    """One case at all levels: a row each."""
+def fit(
+    job: tuple[str, tuple[int, ...], dict[str, Any], dict[int, dict[str, str]]],
+) -> list[dict[str, Any]]:
+    """One case at all levels: a row each. Scripts, by what they measure, for some of the levels."""
     path, levels, choices, scored = job
     case = Path(path).name.split(".")[0]
     try:
@@ -101,6 +124,14 @@ def fit(job: tuple[str, tuple[int, ...], dict[str, Any], dict[int, str]]) -> lis
             "quality_min": quality.min,
             "scaled": quality.scaled_mean,
             "scaled_min": quality.scaled_min,
+            **{name: getattr(report.fairness, theirs) for name, theirs in WRIGGLES.items()},
+            **{
+                f"{name}_added": getattr(report.fairness, theirs)
+                - getattr(report.unrefined_fairness, theirs)
+                for name, theirs in WRIGGLES.items()
+            },
+            "normals": report.fairness.normal_mean,
+            "normals_p95": report.fairness.normal_p95,
             "raw_quality": report.unenhanced_quality,
             "valid": quality.valid,
             "success": report.success,
@@ -109,24 +140,39 @@ def fit(job: tuple[str, tuple[int, ...], dict[str, Any], dict[int, str]]) -> lis
             **{name: accuracy.by_surface.get(name) for name in SURFACES},
             **{f"seconds {name}": time for name, time in report.seconds.items()},
         }
-        if lod in scored:
-            row |= independent(scored[lod], path, result.mesh)
+        scripts = scored.get(lod, {})
+        if "score" in scripts:
+            row |= independent(scripts["score"], path, result.mesh)
+        if "fairness" in scripts:
+            row |= independent_fairness(scripts["fairness"], path, result.mesh)
         rows.append(row)
     return rows
 
 
 def independent(script: str, mask: str, mesh: heartgen.HexMesh) -> dict[str, float]:
     """Scores of a script that shares no code with heartgen."""
-    spec = importlib.util.spec_from_file_location("independent_score", script)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    module = _loaded(script)
     with tempfile.TemporaryDirectory() as folder:
         write_mesh(mesh, Path(folder) / "mesh.vtu")
         s = module.score(mask, [str(Path(folder) / "mesh.vtu")])
     names = ("error_mean", "error_p95", "error_max", "quality_mean", "quality_min", "scaled_mean")
     return {f"score_{n}": s[n] for n in (*names, "negative_points", "success")}
+
+
+def independent_fairness(script: str, mask: str, mesh: heartgen.HexMesh) -> dict[str, float]:
+    """Fairness by a script that shares no code with heartgen."""
+    found = _loaded(script).fairness(mesh.lagrange_points(), mask)
+    return {f"fairness_{name}": value for name, value in found.items()}
+
+
+def _loaded(script: str) -> Any:
+    """A script as a module."""
+    spec = importlib.util.spec_from_file_location(f"independent_{Path(script).stem}", script)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 def summary(rows: list[dict[str, Any]], cases: int, levels: tuple[int, ...]) -> str:
@@ -154,7 +200,8 @@ def summary(rows: list[dict[str, Any]], cases: int, levels: tuple[int, ...]) -> 
             f"| {sum(x['valid'] for x in r)} | {sum(x['success'] for x in r)} "
             f"| {np.median(seconds):.1f} |"
         )
-    lines += ["", _by_surface(done, levels), "", _independent_lines(done, levels), _monotone(done)]
+    lines += ["", _by_surface(done, levels), "", _wriggle(done, levels)]
+    lines += ["", _independent_lines(done, levels), _monotone(done)]
     worst = sorted((r for r in done if r["lod"] == first), key=lambda r: -r["error"])[:WORST]
     lines += ["", f"worst {WORST} at level {first} (mm):"]
     longest = max((r["error"] for r in worst), default=1.0)
@@ -188,6 +235,29 @@ def _by_surface(done: list[dict[str, Any]], levels: tuple[int, ...]) -> str:
     return "\n".join(lines)
 
 
+def _wriggle(done: list[dict[str, Any]], levels: tuple[int, ...]) -> str:
+    """Wriggle of the lines, what the refinement adds to it, and how far normals are off."""
+    lines = [
+        "| LoD | wriggle around (°), median | of hearts, worst | worst line | added, median | worst"
+        f" | hearts with more than +{MORE:g} | along, median | of hearts, worst | worst line "
+        f"| added, median | worst | hearts with more than +{MORE:g} | normals, median | worst |",
+        "|---" * 15 + "|",
+    ]
+    for k in levels:
+        r = [x for x in done if x["lod"] == k and "around" in x]  # stored rows may lack it
+        if not r:
+            continue
+        cells = []
+        for name in ("around", "along"):
+            own, worst, added = (column(r, name + end) for end in ("", "_worst", "_added"))
+            figures = (np.median(own), own.max(), worst.max(), np.median(added), added.max())
+            cells += [f"{figure:.1f}" for figure in figures] + [f"{(added > MORE).sum()}"]
+        normals = column([x for x in r if x["normals"] is not None], "normals")
+        cells += [f"{np.median(normals):.1f}", f"{normals.max():.1f}"] if len(normals) else ["", ""]
+        lines.append(f"| {k} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
 def _independent_lines(done: list[dict[str, Any]], levels: tuple[int, ...]) -> str:
     """Independent scores beside our own."""
     lines = []
@@ -204,6 +274,17 @@ def _independent_lines(done: list[dict[str, Any]], levels: tuple[int, ...]) -> s
                 f"{sum(x['score_negative_points'] for x in r)}; our error differs by at most "
                 f"{100 * np.max(np.abs(ours / e - 1)):.1f} %"
             )
+        r = [x for x in done if x["lod"] == k and "fairness_longitudinal_wriggle_median" in x]
+        if r:
+            parts = []
+            for ours, theirs in (("around", "circumferential"), ("along", "longitudinal")):
+                found = column(r, f"fairness_{theirs}_wriggle_median")
+                apart = np.abs(found - column(r, ours)).max()
+                parts.append(
+                    f"wriggle {ours} median {np.median(found):.1f}, worst {found.max():.1f}, "
+                    f"ours differs by at most {apart:.1f}"
+                )
+            lines.append(f"independent, level {k}: {'; '.join(parts)} degrees")
     return "\n".join(lines)
 
 

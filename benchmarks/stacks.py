@@ -1,14 +1,17 @@
 """Short-axis stacks: as the clinic has them, and made from dense masks whose truth is known.
 
-usage: python -m benchmarks.stacks fit STACKS... [--score SCORE.py]
+usage: python -m benchmarks.stacks fit STACKS... [--score SCORE.py] [--fairness FAIRNESS.py]
+                                                 [--every N]
        python -m benchmarks.stacks distance [DENSE...] [--cases 10]
        python -m benchmarks.stacks shifts [DENSE...] [--cases 20]
        python -m benchmarks.stacks noise [DENSE...] [--cases 10]
 each with [--lod K] [--elements RxCxL] [--set NAME=VALUE,...] [--jobs N] [--output FILE.jsonl]
 
 fit: every stack of some folders is fitted to the contours in its slices: success, meshes proven
-valid, errors and qualities, and what failed and why. With --score, an independent script
-``SCORE.py`` with a function ``score(mask, [mesh])`` measures each mesh, too.
+valid, errors, qualities and wriggle of the lines, and what failed and why. With --score, an
+independent script ``SCORE.py`` with a function ``score(mask, [mesh])`` measures each mesh, too, and
+with --fairness one with a function ``fairness(elements, mask)``, see `benchmarks.hearts`. With
+--every, only the first of every N stacks is fitted.
 
 The others make stacks from dense masks, whose third index axis must be the long axis of the heart
 (--cases of them, evenly chosen; phantoms if none are given), and measure the error to the dense
@@ -70,6 +73,8 @@ def main() -> None:
     parser.add_argument("--lod", type=int, default=3)
     parser.add_argument("--elements")
     parser.add_argument("--score", type=Path)
+    parser.add_argument("--fairness", type=Path)
+    parser.add_argument("--every", type=int, default=1)
     parser.add_argument("--set", default="")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--output", type=Path)
@@ -78,7 +83,9 @@ def main() -> None:
     common = {"what": a.what, "lod": a.lod, "elements": a.elements, "set": a.set}
     if a.what == "fit":
         common["score"] = None if a.score is None else str(a.score)
-        jobs = [{"mask": str(p)} | common for p in masks_of(a.masks)]
+        if a.fairness is not None:
+            common["fairness"] = str(a.fairness)
+        jobs = [{"mask": str(p)} | common for p in masks_of(a.masks)[:: a.every]]
         print(summary(resume(output, jobs, given, a.jobs), len(jobs), (a.lod,)))
         return
     print(STUDIES[a.what][1](rows_of(a.masks, common, a.cases, a.jobs, output)))
@@ -98,8 +105,8 @@ def rows_of(
 
 def given(job: Row) -> list[Row]:
     """A stack as it is: a row."""
-    scored = {} if job["score"] is None else {job["lod"]: job["score"]}
-    return fit((job["mask"], (job["lod"],), choices_of(job), scored))
+    scripts = {name: job[name] for name in ("score", "fairness") if job.get(name) is not None}
+    return fit((job["mask"], (job["lod"],), choices_of(job), {job["lod"]: scripts}))
 
 
 def made(job: Row) -> list[Row]:

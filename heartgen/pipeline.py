@@ -16,6 +16,7 @@ from heartgen.clock import Clock, Progress
 from heartgen.concessions import fallen_back, fitted_less, poorer
 from heartgen.enhancement import enhance
 from heartgen.errors import InputError
+from heartgen.fairness import assess_fairness
 from heartgen.fields import FIELDS, FibreRule, clinical_indices, make_fields
 from heartgen.formats import cells_of, file_name, write_mesh, write_text
 from heartgen.images import Mask
@@ -291,13 +292,17 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
             None if slices is None or not slices.shifts.any() else slices.given,
         )
         quality = assess_quality(mesh)
+        fairness = assess_fairness(mesh, anatomy)
+        unrefined = assess_fairness(enhanced)
     report = Report(
         name=start.mask.name,
         options=asdict(options),
         accuracy=accuracy,
         quality=quality,
+        fairness=fairness,
         unenhanced_quality=float(jacobian_ratio(warped).mean()),
         unrefined_quality=float(jacobian_ratio(enhanced).mean()),
+        unrefined_fairness=unrefined,
         measurements=measured(anatomy, mesh),
         indices=clinical_indices(mesh, options.septum),
         voxel_diagonal=start.mask.voxel_diagonal,

@@ -14,6 +14,7 @@ import numpy as np
 from heartgen.anatomy import Anatomy
 from heartgen.assessment import QUALITY_THRESHOLD, Accuracy, Quality
 from heartgen.errors import InputError
+from heartgen.fairness import Fairness
 from heartgen.fields.indices import Indices
 from heartgen.images.mask import Finding
 from heartgen.mesh import HexMesh
@@ -108,10 +109,13 @@ class Report:
         Options of the run.
     accuracy : Accuracy
     quality : Quality
+    fairness : Fairness
     unenhanced_quality : float
         Mean Jacobian ratio before the enhancement step.
     unrefined_quality : float
         Mean Jacobian ratio before the refinement step.
+    unrefined_fairness : Fairness
+        Of the lines before the refinement step.
     measurements : Measurements
     indices : Indices
         Clinical indices of the mesh.
@@ -133,8 +137,10 @@ class Report:
     options: dict[str, Any]
     accuracy: Accuracy
     quality: Quality
+    fairness: Fairness
     unenhanced_quality: float
     unrefined_quality: float
+    unrefined_fairness: Fairness
     measurements: Measurements
     indices: Indices
     voxel_diagonal: float
@@ -167,6 +173,7 @@ class Report:
             *_as_given(a),
             f"  quality  mean {q.mean:.3f}  min {q.min:.3f}  scaled Jacobian {q.scaled_mean:.3f}"
             f"  (threshold {QUALITY_THRESHOLD})",
+            _wriggle(self.fairness, self.unrefined_fairness),
             "  validity "
             + ("proven everywhere" if q.valid else f"{q.invalid_elements} elements fold"),
             f"  time     {sum(self.seconds.values()):.1f} s",
@@ -260,6 +267,16 @@ def _as_given(a: Accuracy) -> list[str]:
     if a.as_given is None:
         return []
     return [f"  as given mean {a.as_given:.3f} mm, to the slices before they were moved"]
+
+
+def _wriggle(f: Fairness, before: Fairness) -> str:
+    """A line on how the lines run, and how the surfaces face."""
+    normals = "" if f.normal_mean is None else f"  normals {f.normal_mean:.1f}"
+    return (
+        f"  fairness wriggle around {f.circumferential_median:.0f}  "
+        f"along {f.longitudinal_median:.0f}{normals} degrees  (before refinement "
+        f"{before.circumferential_median:.0f} and {before.longitudinal_median:.0f})"
+    )
 
 
 def _right(anatomy: Anatomy) -> RightMeasurements | None:

@@ -111,6 +111,10 @@ def manifest(outcome: Outcome, files: dict[str, str]) -> dict[str, Any]:
         "success": report.success,
         "error_mean_mm": report.accuracy.mean,
         "quality_mean": report.quality.mean,
+        "wriggle_median_degrees": {
+            "circumferential": report.fairness.circumferential_median,
+            "longitudinal": report.fairness.longitudinal_median,
+        },
         "files": files,
         "note": "Research use, not for diagnosis.",
     }

@@ -196,15 +196,32 @@ def show_summaries(summaries: Sequence[Summary]) -> None:
     """Show what the groups of a cohort came to."""
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.add_column("")
-    for head in ("cases", "success", "valid", "failed", "error", "worst", "Q", "worst"):
+    for head in (
+        "cases",
+        "success",
+        "valid",
+        "failed",
+        "error",
+        "worst",
+        "Q",
+        "worst",
+        "wriggle",
+        "worst",
+    ):
         table.add_column(head, justify="right", no_wrap=True)
     for group in summaries:
         counts = (group.cases, group.successes, group.valid, group.failures)
-        figures = [""] * 4
+        figures = [""] * 6
         if group.error is not None and group.quality is not None:
             error, quality = group.error, group.quality
             shown = (error.median, error.largest, quality.median, quality.least)
-            figures = [f"{figure:.3f}" for figure in shown]
+            figures[:4] = [f"{figure:.3f}" for figure in shown]
+        if group.wriggle is not None:
+            figures[4:] = [f"{group.wriggle.median:.0f}", f"{group.wriggle.largest:.0f}"]
         table.add_row(Text(group.name), *map(str, counts), *figures)
     console.print(table)
-    console.print("Medians and worst cases; errors are mean distances, in mm.", style="dim")
+    console.print(
+        "Medians and worst cases; errors are mean distances, in mm; wriggle is that of the "
+        "longitudinal lines, in degrees.",
+        style="dim",
+    )

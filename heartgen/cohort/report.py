@@ -33,12 +33,15 @@ RULE = (
 
 GROUPS = ("group", "cases", "success", "valid", "no mesh", "error: median", "quartiles", "worst")
 QUALITIES = ("Q: median", "quartiles", "worst")
+WRIGGLES = ("wriggle along (°): median", "quartiles", "worst")
 FIGURES = {
     "error_mean": "error",
     "error_p95": "95 %",
     "error_max": "largest",
     "q_mean": "Q",
     "q_min": "least Q",
+    "fair_circumferential_median": "wriggle around (°)",
+    "fair_longitudinal_median": "along",
     "seconds": "s",
 }
 """Columns of the table of all cases, and their heads."""
@@ -115,18 +118,19 @@ def _groups(summaries: Sequence[Summary]) -> str:
             s.failures,
             *_spread(s.error, "largest"),
             *_spread(s.quality, "least"),
+            *_spread(s.wriggle, "largest", 1),
         ]
         for s in summaries
     ]
-    return _table((*GROUPS, *QUALITIES), rows)
+    return _table((*GROUPS, *QUALITIES, *WRIGGLES), rows)
 
 
-def _spread(spread: Spread | None, worst: str) -> tuple[str, str, str]:
+def _spread(spread: Spread | None, worst: str, digits: int = 3) -> tuple[str, str, str]:
     """Median, quartiles and worst value."""
     if spread is None:
         return "", "", ""
-    quartiles = f"{spread.low:.3f} to {spread.high:.3f}"
-    return f"{spread.median:.3f}", quartiles, f"{getattr(spread, worst):.3f}"
+    quartiles = f"{spread.low:.{digits}f} to {spread.high:.{digits}f}"
+    return f"{spread.median:.{digits}f}", quartiles, f"{getattr(spread, worst):.{digits}f}"
 
 
 def _figures(done: pd.DataFrame) -> str:
@@ -175,13 +179,20 @@ def _pairs(pairs: Iterable[tuple[Any, Any]]) -> str:
     return _table(("case", "why"), rows, words=(1,)) if rows else '<span class="soft">None.</span>'
 
 
+def _figure(name: str, value: float) -> str:
+    """A figure of a case, if it has it; angles to a tenth of a degree."""
+    if value != value:  # not a number
+        return ""
+    return f"{value:.1f}" if name.startswith("fair") else f"{value:.3f}"
+
+
 def _cases(table: pd.DataFrame) -> str:
     """Figures of all cases, with links to their folders."""
     shown = [name for name in FIGURES if name in table]
     order = table.sort_values(shown[0], ascending=False, na_position="first") if shown else table
     rows, kinds = [], []
     for row in order.to_dict("records"):
-        figures = ["" if row[n] != row[n] else f"{row[n]:.3f}" for n in shown]  # not a number
+        figures = [_figure(n, row[n]) for n in shown]
         rows.append([row["case"], row["group"], *figures, row["status"]])
         failed = str(row["status"]).startswith(FAILED)
         kinds.append("failed" if failed else "" if row["success"] else "doubtful")

@@ -27,7 +27,14 @@ SUCCESS = "success"
 FAILED = "failed: "
 """How the status of a case begins that ended without a mesh; the reason follows."""
 
-PARTS = {"accuracy": "error", "quality": "q", "measurements": "size", "versions": "version"}
+PARTS = {
+    "accuracy": "error",
+    "quality": "q",
+    "fairness": "fair",
+    "unrefined_fairness": "fair_unrefined",
+    "measurements": "size",
+    "versions": "version",
+}
 """Parts of a report whose values become columns, and how the names of those begin."""
 
 RENAMED = {
@@ -56,9 +63,9 @@ def row_of(case: Case, digest: str, report: Report) -> Row:
     Returns
     -------
     dict
-        Errors in mm (``error_...``), qualities (``q_...``), sizes in mm and ml (``size_...``),
-        seconds, versions, options, findings as one text, and ``status``: success, valid but not a
-        success and why, or failed and why.
+        Errors in mm (``error_...``), qualities (``q_...``), fairness in degrees (``fair_...``),
+        sizes in mm and ml (``size_...``), seconds, versions, options, findings as one
+        text, and ``status``: success, valid but not a success and why, or failed and why.
     """
     judged, parts = verdict(report), report.to_dict()
     row = _head(case, digest, report.options) | {

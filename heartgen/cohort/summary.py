@@ -15,6 +15,10 @@ if TYPE_CHECKING:
 LEFT, BOTH, NONE = "left ventricle", "both ventricles", "not meshed"
 """Groups of a cohort that was given none."""
 
+WRIGGLE = "fair_longitudinal_median"
+"""Column of the wriggle by which cases are told apart: that of the longitudinal lines, which the
+shape of a heart does not ask for."""
+
 
 @dataclass(frozen=True)
 class Spread:
@@ -40,6 +44,8 @@ class Summary:
     error, quality : Spread or None
         Mean distance from mask to mesh, mm, and mean Jacobian ratio of the cases with a mesh; None
         if there are none.
+    wriggle : Spread or None
+        Median wriggle of the longitudinal lines, degrees; None also where it was not measured.
     """
 
     name: str
@@ -49,6 +55,7 @@ class Summary:
     failures: int
     error: Spread | None
     quality: Spread | None
+    wriggle: Spread | None
 
 
 def by_options(table: pd.DataFrame, varied: Sequence[str]) -> pd.DataFrame:
@@ -105,7 +112,13 @@ def _summary(name: str, part: pd.DataFrame) -> Summary:
         failures=len(part) - len(done),
         error=_spread(done["error_mean"]) if len(done) else None,
         quality=_spread(done["q_mean"]) if len(done) else None,
+        wriggle=_spread(done[WRIGGLE].dropna()) if _measured(done, WRIGGLE) else None,
     )
+
+
+def _measured(done: pd.DataFrame, name: str) -> bool:
+    """Whether any case has a figure: results of earlier versions lack some."""
+    return name in done and bool(done[name].notna().any())
 
 
 def _spread(values: pd.Series) -> Spread:

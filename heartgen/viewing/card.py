@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from heartgen.assessment import QUALITY_THRESHOLD
+from heartgen.fairness import Fairness
 from heartgen.fields import Indices
 from heartgen.report import Report, RightMeasurements
 
@@ -81,7 +82,7 @@ def verdict(report: Report) -> Verdict:
 
 
 def sections(report: Report) -> tuple[Section, ...]:
-    """Accuracy, quality, the heart's sizes and the time taken."""
+    """Accuracy, quality, fairness, the heart's sizes and the time taken."""
     a, q, m = report.accuracy, report.quality, report.measurements
     truncation = "none" if m.truncation is None else f"{number(m.truncation)} mm below the rim"
     return (
@@ -109,6 +110,7 @@ def sections(report: Report) -> tuple[Section, ...]:
                 ("validity", "proven" if q.valid else _elements(q.invalid_elements)),
             ),
         ),
+        _lines(report.fairness, report.unrefined_fairness),
         Section(
             "Left ventricle",
             (
@@ -132,6 +134,24 @@ def sections(report: Report) -> tuple[Section, ...]:
             ),
         ),
     )
+
+
+def _lines(f: Fairness, before: Fairness) -> Section:
+    """How the lines run, and how the surfaces face."""
+    rows = [
+        ("wriggle around, median", degrees(f.circumferential_median)),
+        ("wriggle around, worst", degrees(f.circumferential_max)),
+        ("median before refinement", degrees(before.circumferential_median)),
+        ("wriggle along, median", degrees(f.longitudinal_median)),
+        ("wriggle along, worst", degrees(f.longitudinal_max)),
+        ("median before refinement", degrees(before.longitudinal_median)),
+    ]
+    if f.normal_mean is not None and f.normal_p95 is not None:
+        rows += [
+            ("normals off by, mean", degrees(f.normal_mean)),
+            ("normals off by, 95 % below", degrees(f.normal_p95)),
+        ]
+    return Section("Fairness of lines and surfaces", tuple(rows))
 
 
 def _right(m: RightMeasurements | None) -> tuple[Section, ...]:
@@ -182,6 +202,11 @@ def _listed(i: Indices, segments: Iterable[int]) -> str:
 def number(value: float) -> str:
     """A measurement with three significant digits, never in powers of ten above one."""
     return f"{value:#.{DIGITS}g}".rstrip(".") if abs(value) < 10**DIGITS else f"{value:.0f}"
+
+
+def degrees(angle: float) -> str:
+    """An angle in degrees, to a tenth."""
+    return f"{angle:.1f}°"
 
 
 def _elements(n: int) -> str:

@@ -32,6 +32,7 @@ HISTOGRAMS = {
     "error_mean": "mean error (mm)",
     "q_mean": "mean quality Q",
     "q_scaled_mean": "scaled Jacobian",
+    "fair_longitudinal_median": "wriggle along (degrees)",
     "seconds": "time (s)",
 }
 
@@ -78,7 +79,7 @@ def draw_boxes(table: pd.DataFrame) -> Figure:
 
 
 def draw_distributions(table: pd.DataFrame) -> Figure:
-    """Draw histograms of error, quality, scaled Jacobian and time over all cases with a mesh.
+    """Draw histograms of error, quality, wriggle and time over all cases with a mesh.
 
     Parameters
     ----------
@@ -92,9 +93,9 @@ def draw_distributions(table: pd.DataFrame) -> Figure:
     """
     figure = Figure(figsize=BARS, layout="constrained", facecolor="white")
     done = table.dropna(subset=["error_mean"])
-    for axes, (column, label) in zip(
-        figure.subplots(1, len(HISTOGRAMS)), HISTOGRAMS.items(), strict=True
-    ):
+    # Results of earlier versions lack the wriggle.
+    shown = {name: label for name, label in HISTOGRAMS.items() if name in done}
+    for axes, (column, label) in zip(figure.subplots(1, len(shown)), shown.items(), strict=True):
         axes.hist(done[column].to_numpy(dtype=float), bins=BINS, color=BLUE)
         axes.axvline(float(done[column].median()), color=ORANGE, linewidth=1.6)
         axes.set(xlabel=label)

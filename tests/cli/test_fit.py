@@ -34,6 +34,7 @@ def test_fit_shows_what_it_measured(files, fitted):
         f"{report['accuracy']['by_surface']['epi']:.3f} mm",
         f"{report['quality']['mean']:.3f}",
         f"{report['quality']['scaled_mean']:.3f}",
+        f"{report['fairness']['longitudinal_median']:.1f}°",
         "proven",
         "heart.nii.gz: success",
         *STEPS,

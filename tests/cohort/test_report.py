@@ -62,6 +62,15 @@ def test_groups_are_the_ventricles_where_none_are_given():
     assert (both.error.largest, both.quality.least) == (3.0, 0.3)
 
 
+def test_wriggle_is_told_where_it_was_measured():
+    table = by_ventricles(made_up())
+    assert all(group.wriggle is None for group in summarize(table))
+    along = [10.0, 20.0, np.nan, 30.0, 40.0, 60.0, np.nan]
+    groups = {g.name: g for g in summarize(table.assign(fair_longitudinal_median=along))}
+    assert groups[LEFT].wriggle.median == 20
+    assert groups[BOTH].wriggle.largest == 60
+
+
 def test_a_case_without_a_mesh_counts_with_the_only_kind_there_is():
     table = made_up().drop(columns="size_right_width")
     (group,) = summarize(by_ventricles(table))

@@ -47,6 +47,15 @@ def test_every_surface_and_step_has_its_row(result):
     assert {"LV endocardium", "epicardium", "base", *result.report.seconds} <= rows
 
 
+def test_fairness_has_its_rows(result):
+    rows = dict(row for section in sections(result.report) for row in section.rows)
+    assert rows["wriggle along, median"] == f"{result.report.fairness.longitudinal_median:.1f}°"
+    assert "normals off by, mean" in rows
+    unknown = replace(result.report.fairness, normal_mean=None, normal_p95=None)
+    without = sections(replace(result.report, fairness=unknown))
+    assert "normals off by, mean" not in dict(row for part in without for row in part.rows)
+
+
 def test_clinical_indices_have_their_rows(result):
     rows = dict(row for section in sections(result.report) for row in section.rows)
     indices = result.report.indices

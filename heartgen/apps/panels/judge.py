@@ -162,10 +162,13 @@ def table_html(outcomes: list[Outcome], shown: Outcome) -> str:
         f'<tr class="{"hg-shown" if o is shown else ""}"><td>{html.escape(o.title)}</td>'
         f"<td>{o.result.report.accuracy.mean:.3f}</td><td>{o.result.report.accuracy.p95:.3f}</td>"
         f"<td>{o.result.report.quality.mean:.3f}</td><td>{o.result.report.quality.min:.3f}</td>"
+        f"<td>{o.result.report.fairness.circumferential_median:.0f}</td>"
+        f"<td>{o.result.report.fairness.longitudinal_median:.0f}</td>"
         f"<td>{'proven' if o.result.report.quality.valid else 'NOT valid'}</td></tr>"
         for o in reversed(outcomes)
     )
     return (
         "<table><thead><tr><th>run</th><th>error (mm)</th><th>95 %</th><th>Q</th><th>least Q</th>"
+        "<th>wriggle around (°)</th><th>along</th>"
         f"<th>validity</th></tr></thead><tbody>{rows}</tbody></table>"
     )

@@ -105,7 +105,8 @@ class RunRow:
         if run.phase == "done":
             report = run.outcomes[0].result.report
             detail = (
-                f"error {report.accuracy.mean:.2f} mm · Q {report.quality.mean:.2f}"
+                f"error {report.accuracy.mean:.2f} mm · Q {report.quality.mean:.2f} · wriggle "
+                f"{report.fairness.longitudinal_median:.0f}°"
                 if len(run.outcomes) == 1
                 else f"{len(run.outcomes)} meshes"
             ) + f" · {seconds(run.seconds)}"
