@@ -1,10 +1,10 @@
 """Pieces of a surface so flat that they meet nowhere but where they belong together.
 
-A map from a convex domain is one-to-one if P J, for some matrix P, stays closer to the identity than
-1, J being its matrix of derivatives. That is shown of a piece, and of two that share an edge; at the
-pole, where u has no length, of y T(x / y, y) in the place of v T(u, v). Two that share a corner, or
-the pole, meet only there if a plane through it has the coefficients of the one on this side and
-those of the other on that side.
+A map from a convex domain is one-to-one if P J, for some matrix P, stays closer to the identity
+than 1, J being its matrix of derivatives. That is shown of a piece, and of two that share an edge;
+at the pole, where u has no length, of y T(x / y, y) in the place of v T(u, v). Two that share a
+corner, or the pole, meet only there if a plane through it has the coefficients of the one on this
+side and those of the other on that side.
 
 Trees of pieces are those of `heartgen.mesh.pieces`.
 """

@@ -1,12 +1,12 @@
 """Test that the walls of a mesh do not cross: that its external surface does not meet itself.
 
 det J > 0 everywhere keeps elements from folding, not one wall from passing through another. Here
-the external surface is sampled so finely that flat triangles lie within `CHORD` of it, and no two of
-these may cross: a crossing deeper than `DEPTH` is found, a gap wider than that is none.
+the external surface is sampled so finely that flat triangles lie within a quarter of `DEPTH` of it,
+and no two of these may cross: the sampled surface has no self-crossing deeper than `DEPTH`.
 
-Faces are split into quarters only where the boxes around two pieces meet. A piece that is nearly
-flat does not meet itself: if the derivatives of a map from a convex domain stay closer to a constant
-J than J's least singular value, the map is one-to-one.
+Only where boxes around two pieces meet are these split into quarters, down to the triangles, and
+only if they are not so flat that they cannot meet but where they belong together
+(`heartgen.mesh.flatness`): nearly all are.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ MOST_LEVELS = 9
 """Times that a face is halved at most, for 512 pieces a side."""
 
 STACK = 256
-"""Pairs that wait at most: 10 for each level of a piece against itself, 8 for one of two pieces."""
+"""Room for pairs that wait: 9 more for each level of a piece against itself, 6 for one of two."""
 
 
 def overlapping(mesh: HexMesh, depth: float = DEPTH) -> NDArray[np.bool_]:
@@ -62,7 +62,8 @@ def overlapping(mesh: HexMesh, depth: float = DEPTH) -> NDArray[np.bool_]:
     """
     faces = mesh.topology.external
     patches = np.ascontiguousarray(face_control(mesh, faces))
-    bend = _bend(patches)
+    with np.errstate(invalid="ignore"):
+        bend = _bend(patches)
     told = bend <= 4.0**MOST_LEVELS * CHORD * depth  # not so of what is not a number
     levels = np.log2(max(bend.max(initial=0.0, where=told) / (CHORD * depth), 1.0)) / 2
     crossed = ~told
@@ -75,8 +76,8 @@ def overlapping(mesh: HexMesh, depth: float = DEPTH) -> NDArray[np.bool_]:
 def _bend(patches: Array) -> Array:
     """Bound (f,) of the distance of bicubic patches (f, 16, 3) from two flat triangles each, mm.
 
-    It is (|S_uu| + 2 |S_uv| + |S_vv|) / 8, and a quarter of it for every halving of the edges (Filip,
-    Magedson & Markot 1986, doi:10.1016/0167-8396(86)90005-1).
+    It is (|S_uu| + 2 |S_uv| + |S_vv|) / 8, and a quarter of it for every halving of the edges
+    (Filip, Magedson & Markot 1986, doi:10.1016/0167-8396(86)90005-1).
     """
     p = patches.reshape(-1, ORDER, ORDER, 3)
     second = DEGREE * (DEGREE - 1)

@@ -2,8 +2,8 @@
 
 A tree of pieces is a tuple of arrays that numba knows, the faces first: Bernstein coefficients
 (m, 16, 3), mm, u fastest; boxes around them (m, 6), least and greatest coordinates, mm; slopes
-(m, 8): middle derivatives along u and along v, and how far the others may be from each, mm; first of
-the four quarters (m,), 0 before there are any; level (m,), 0 for a face; number of pieces (1,).
+(m, 8): middle derivatives along u and along v, and how far the others may be from each, mm; first
+of the four quarters (m,), 0 before there are any; level (m,), 0 for a face; number of pieces (1,).
 """
 
 from __future__ import annotations
@@ -52,10 +52,10 @@ def split(tree, piece):  # type: ignore[no-untyped-def]
 @nb.njit(cache=True)
 def apart(boxes, a, b):  # type: ignore[no-untyped-def]
     """Tell whether two of the boxes (m, 6) have no point in common."""
+    away = False
     for x in range(3):
-        if boxes[a, x] > boxes[b, x + 3] or boxes[b, x] > boxes[a, x + 3]:
-            return True
-    return False
+        away |= boxes[a, x] > boxes[b, x + 3] or boxes[b, x] > boxes[a, x + 3]
+    return away
 
 
 @nb.njit(cache=True)

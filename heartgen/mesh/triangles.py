@@ -66,7 +66,11 @@ def _on_one_side(p, pc, q, qc, touch):  # type: ignore[no-untyped-def]
     if size <= touch * touch:
         return True
     o = q[qc[0]]
-    a, b, c = _height(normal, o, p[pc[0]]), _height(normal, o, p[pc[1]]), _height(normal, o, p[pc[2]])
+    a, b, c = (
+        _height(normal, o, p[pc[0]]),
+        _height(normal, o, p[pc[1]]),
+        _height(normal, o, p[pc[2]]),
+    )
     if max(abs(a), abs(b), abs(c)) <= touch * size:
         return True
     return (a < 0.0) == (b < 0.0) and (b < 0.0) == (c < 0.0)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from heartgen.mesh.biventricular import right_apex
 from heartgen.mesh.freedom import FaceFreedom, Freedom
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.validity import certify
+from heartgen.mesh.validity import certify_jacobian
 from heartgen.options import Insertion
 from heartgen.refinement.anchor import DRIFT, Anchor, anchored
 from heartgen.refinement.assembly import Assembler
@@ -256,7 +256,7 @@ def refine(
             value = energy(candidate, elements.state(candidate, unfolding), out, back)
             if not value < start:  # nor is a step made to where it is not a number
                 length /= 2
-            elif within and (folded := ~certify(shape(candidate)).valid).any():
+            elif within and (folded := ~certify_jacobian(shape(candidate)).valid).any():
                 # The elements that would fold hold themselves back, and not all the others.
                 direction[np.setdiff1d(freedom.dofs[folded], freedom.n)] *= HELD_BACK
                 change = changes(faces, inward, direction)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.validity import certify
+from heartgen.mesh.validity import certify_jacobian
 from heartgen.refinement.descent import Weights, refine
 from heartgen.refinement.distances import misfit
 from heartgen.refinement.elements import Care, usual_care
@@ -115,7 +115,7 @@ def _made_valid(
     """
     usual = usual_care(mesh.n_elements)
     first = refined(mesh, usual)
-    folded = ~certify(first).valid
+    folded = ~certify_jacobian(first).valid
     if not folded.any():
         return first, usual, True
     for remedy, rounds in REMEDIES.items():
@@ -123,7 +123,7 @@ def _made_valid(
         for number in range(1, rounds + 1):
             care = care.with_more(remedy, np.where(left, number * GROWTH, 1))
             mesh = refined(mesh, care)
-            left = ~certify(mesh).valid
+            left = ~certify_jacobian(mesh).valid
             if not left.any():
                 return mesh, care, True
     return mesh, care, False
