@@ -77,9 +77,11 @@ class Quality:
     scaled_mean, scaled_min : float
         Scaled Jacobian: low where elements are sheared.
     valid : bool
-        det J is proven positive everywhere but on the pole itself.
+        det J is proven positive everywhere but on the pole itself, and no two walls cross.
     invalid_elements : int
-        Elements for which it is not.
+        Elements in which det J is not proven positive.
+    overlapping_elements : int
+        Elements of walls that cross.
     """
 
     mean: float
@@ -90,6 +92,17 @@ class Quality:
     scaled_min: float
     valid: bool
     invalid_elements: int
+    overlapping_elements: int
+
+    @property
+    def faults(self) -> str:
+        """What keeps the mesh from being valid, in words; empty if nothing does."""
+        folds, crosses = self.invalid_elements, self.overlapping_elements
+        texts = {
+            "1 element folds" if folds == 1 else f"{folds} elements fold": folds,
+            f"walls cross in {crosses} element{'' if crosses == 1 else 's'}": crosses,
+        }
+        return " and ".join(text for text, number in texts.items() if number)
 
 
 def assess_quality(mesh: HexMesh) -> Quality:
@@ -114,7 +127,8 @@ def assess_quality(mesh: HexMesh) -> Quality:
         scaled_mean=float(scaled.mean()),
         scaled_min=float(scaled.min()),
         valid=certificate.all_valid,
-        invalid_elements=int(np.sum(~certificate.valid)),
+        invalid_elements=int(np.sum(~certificate.positive)),
+        overlapping_elements=int(np.sum(certificate.overlapping)),
     )
 
 

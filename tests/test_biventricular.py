@@ -15,8 +15,11 @@ from heartgen import samples
 from heartgen.anatomy import analyse
 from heartgen.images import Mask
 from heartgen.mesh.closest import closest_points
+from heartgen.mesh.projection import projector
 from heartgen.mesh.surfaces import face_control, face_signs, sample_faces, tabulate_face
+from heartgen.mesh.validity import certify
 from heartgen.pipeline import Personalization
+from heartgen.warping import GAUSS
 
 COARSE = 2.0
 """Voxel size that keeps the tests quick, mm."""
@@ -59,6 +62,30 @@ def test_septum_and_free_wall_never_cross(fitted: Personalization) -> None:
         # The signed distance: the wall's outside is the pool.
         signed = np.einsum("nx,nx->n", points - near.points, outward)
         assert signed[inside].min() > 0
+
+
+def test_free_wall_pushed_through_the_septum_is_found(fitted: Personalization) -> None:
+    mesh = fitted.mesh
+    free = mesh.topology.patches["rv_free_wall"]
+    wall, septum = (
+        sample_faces(mesh, mesh.topology.patches[name], 4)[0].mean(0)
+        for name in ("rv_free_wall", "rv_septum")
+    )
+    toward = (septum - wall) / np.linalg.norm(septum - wall)
+    projection = projector(mesh, GAUSS)
+    points = projection.points.reshape(mesh.n_elements, -1, 3)
+    off = points[np.unique(free[:, 0])] - wall
+    off -= (off @ toward)[..., None] * toward
+    # A shear of the free wall, least at the insertion line: it does not fold.
+    share = np.exp(-np.sum((off / 12) ** 2, axis=-1))
+    assert certify(mesh).all_valid
+    for distance, crossing in ((5.0, False), (30.0, True)):
+        moved = points.copy()
+        moved[np.unique(free[:, 0])] += distance * share[..., None] * toward
+        certificate = certify(mesh.with_dofs(projection.project(moved.reshape(-1, 3))))
+        assert certificate.positive.all()
+        assert certificate.overlapping.any() == crossing
+        assert certificate.all_valid != crossing
 
 
 def test_surfaces_do_not_leave_the_heart(fitted: Personalization) -> None:

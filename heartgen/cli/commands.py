@@ -323,11 +323,10 @@ def _personalized(images: list[Mask], options: Options) -> Personalization:
         result = personalize(images, options, progress=progress)
     show_report(result.report)
     if not result.report.quality.valid:
-        bad, of = result.report.quality.invalid_elements, result.mesh.n_elements
         raise MeshError(
-            f"{images[0].name}: the mesh is not valid in {bad} of {of} elements, so nothing was "
-            "written: try a lower level of detail or other numbers of elements, and look at the "
-            "mask with heartgen inspect"
+            f"{images[0].name}: the mesh is not valid ({result.report.quality.faults}), so nothing "
+            "was written: try a lower level of detail or other numbers of elements, and look at "
+            "the mask with heartgen inspect"
         )
     return result
 

@@ -41,6 +41,7 @@ RENAMED = {
     "error_dice": "dice",
     "q_valid": "valid",
     "q_invalid_elements": "invalid_elements",
+    "q_overlapping_elements": "overlapping_elements",
     "unenhanced_quality": "q_unenhanced",
     "unrefined_quality": "q_unrefined",
 }

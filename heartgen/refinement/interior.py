@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from heartgen.mesh.freedom import Freedom
 from heartgen.mesh.hexmesh import COEFFICIENTS, HexMesh, Topology
 from heartgen.mesh.surfaces import face_coefficients
-from heartgen.mesh.validity import certify
+from heartgen.mesh.validity import certify_jacobian
 from heartgen.refinement.assembly import Assembler, Blocks
 from heartgen.refinement.elements import Care, Elements, usual_care
 from heartgen.refinement.poorest import raise_poorest
@@ -65,7 +65,7 @@ def _relaxed(mesh: HexMesh, care: Care) -> HexMesh:
     share = 1.0
     while share > LEAST_SHARE:
         mixed = mesh.with_dofs(mesh.dofs + share * (moved - mesh.dofs))
-        if certify(mixed).all_valid:
+        if certify_jacobian(mixed).all_valid:
             return mixed
         share /= 2
     return mesh

@@ -63,7 +63,7 @@ def verdict(report: Report) -> Verdict:
     """Judge a result: by its validity, then by the paper's rule of success (section 3.5)."""
     accuracy, quality = report.accuracy, report.quality
     if not quality.valid:
-        return Verdict("bad", f"not valid: {_elements(quality.invalid_elements)}")
+        return Verdict("bad", f"not valid: {quality.faults}")
     reasons = []
     if not accuracy.mean < report.voxel_diagonal:
         reasons.append(
@@ -107,7 +107,7 @@ def sections(report: Report) -> tuple[Section, ...]:
                 ("scaled Jacobian, mean", f"{q.scaled_mean:.3f}"),
                 ("scaled Jacobian, least", f"{q.scaled_min:.3f}"),
                 (f"elements below {QUALITY_THRESHOLD}", f"{q.below_threshold:.0%}"),
-                ("validity", "proven" if q.valid else _elements(q.invalid_elements)),
+                ("validity", "proven" if q.valid else q.faults),
             ),
         ),
         _lines(report.fairness, report.unrefined_fairness),
@@ -207,8 +207,3 @@ def number(value: float) -> str:
 def degrees(angle: float) -> str:
     """An angle in degrees, to a tenth."""
     return f"{angle:.1f}°"
-
-
-def _elements(n: int) -> str:
-    """How many elements fold."""
-    return "1 element folds" if n == 1 else f"{n} elements fold"

@@ -7,9 +7,14 @@ import pytest
 from heartgen.viewing.card import number, sections, verdict
 
 
-def changed(report, *, mean=None, quality=None, invalid=0):
+def changed(report, *, mean=None, quality=None, invalid=0, crossing=0):
     accuracy = report.accuracy if mean is None else replace(report.accuracy, mean=mean)
-    measured = replace(report.quality, valid=invalid == 0, invalid_elements=invalid)
+    measured = replace(
+        report.quality,
+        valid=invalid + crossing == 0,
+        invalid_elements=invalid,
+        overlapping_elements=crossing,
+    )
     if quality is not None:
         measured = replace(measured, mean=quality)
     return replace(report, accuracy=accuracy, quality=measured)
@@ -39,7 +44,9 @@ def test_valid_but_no_success_says_why(result, change, reason):
 def test_fold_outweighs_all_else(result):
     judged = verdict(changed(result.report, invalid=1))
     assert judged.level == "bad"
-    assert "1 element folds" in judged.text
+    assert judged.text == "not valid: 1 element folds"
+    judged = verdict(changed(result.report, invalid=3, crossing=2))
+    assert judged.text == "not valid: 3 elements fold and walls cross in 2 elements"
 
 
 def test_every_surface_and_step_has_its_row(result):
