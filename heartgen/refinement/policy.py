@@ -8,7 +8,7 @@ from heartgen.mesh.biventricular import right_apex
 from heartgen.mesh.freedom import FaceFreedom, Freedom
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.jacobian import jacobian_ratio
-from heartgen.mesh.validity import certify_jacobian
+from heartgen.mesh.validity import certify
 from heartgen.refinement.assembly import Assembler
 from heartgen.refinement.distances import MeshToPatient, PatientToMesh, misfit
 from heartgen.refinement.gauss_newton import minimize
@@ -53,7 +53,7 @@ def optimize(mesh, target, settings, allowed=np.inf, least=0., progress=lambda d
     weight=np.ones(e); factor=1.
     q=q0; best=None; valid=False; history=[]
     shape=lambda q: mesh.with_dofs(np.asarray(freedom.straight@q))
-    ok=lambda q: certify_jacobian(shape(q)).all_valid
+    ok=lambda q: certify(shape(q)).all_valid
     for r in range(s.rounds):
         w=factor*weight
         terms=[MeshToPatient(faces,target,out),PatientToMesh(faces,target,dist),
@@ -62,9 +62,9 @@ def optimize(mesh, target, settings, allowed=np.inf, least=0., progress=lambda d
         if s.debug: E0=[t.near(q).value(q) for t in terms]
         q=minimize(q,terms,assembler,s.steps if r==0 else s.more_steps, ok if valid else (lambda q: True))
         if s.debug: E1=[t.near(q).value(q) for t in terms]; print('  E',np.round(E0,3),'->',np.round(E1,3))
-        m=shape(q); folded=~certify_jacobian(m).valid
+        m=shape(q); folded=~certify(m).valid
         mf=misfit(m,target) if np.isfinite(allowed) else 0
-        if s.debug: print(f'  round {r}: folded {folded.sum()} misfit {mf:.4f} allowed {allowed:.4f} factor {factor:.2f} wmax {weight.max():.0f}')
+        if s.debug: print(f'  round {r}: folded {folded.sum()} cross {certify(m).overlapping.sum()} {[tuple(int(i) for i in x) for x in mesh.topology.index[folded]][:6]} misfit {mf:.4f} allowed {allowed:.4f} factor {factor:.2f} wmax {weight.max():.0f}')
         if folded.any():
             weight=weight*np.where(folded, s.growth*(r+1), 1)
             continue
