@@ -109,7 +109,7 @@ def _laid_out(
     def even(column: NDArray[np.float64]) -> NDArray[np.float64]:
         return 2 * np.pi * column / sheet.around
 
-    disc = fit_disc(sheet, 0, even, radius_of(polar, spacing.value.shape[1] - 1), surface)
+    disc = fit_disc(sheet, 0, even, radius_of(polar, spacing.rows), surface)
     uv, _ = gauss_square(FACE_GAUSS)
     angle, row = (x.ravel() for x in disc.polar(uv))
     fit = Fit(sheet, uv)

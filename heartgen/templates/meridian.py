@@ -63,6 +63,7 @@ class Meridians:
 
     Attributes
     ----------
+    shape : TruncatedEllipsoid
     dofs : (2, rows + 1, 2, 2) float64
         On each surface, at each row's end: value and slope by row of (mean radius, height), mm,
         heart frame.
@@ -70,8 +71,24 @@ class Meridians:
         Of the depth.
     """
 
+    shape: TruncatedEllipsoid
     dofs: Array
     grading: Grading
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of elements."""
+        return self.dofs.shape[1] - 1
+
+    def polar(self, surface: int, row: Array) -> Array:
+        """Polar angle (n,), rad, on one of the two surfaces at row coordinates (n,)."""
+        cell = np.clip(np.floor(row).astype(int), 0, self.rows - 1)
+        dofs = self.dofs[surface]
+        hermite = np.concatenate([dofs[cell], dofs[cell + 1]], axis=1)
+        cubic = bernstein(row - cell) @ HERMITE_TO_BERNSTEIN
+        place = np.einsum("nk,nkx->nx", cubic, hermite)
+        rho, cos, swell = _on_unit_sphere(self.shape, place, surface)
+        return np.arctan2(rho / swell, cos)
 
 
 def best_meridians(
@@ -148,13 +165,12 @@ def best_meridians(
     value = gradings(best)
     changing = RowGrading(value, np.gradient(value, axis=0))
     same = (float(value[0, 0]), float(value[0, 1]))
-    return Meridians(curves(best), (changing if by_row else same) if graded else LINEAR)
+    return Meridians(shape, curves(best), (changing if by_row else same) if graded else LINEAR)
 
 
 def _on_ellipsoid(shape: TruncatedEllipsoid, polar: Array, depth: int) -> Array:
     """Values and slopes (rows + 1, 2, 2) of the meridian at evenly spaced polar angles."""
-    section, axis, _ = shape.semi_axes(depth)
-    radius = float(np.sqrt(np.linalg.det(section)))
+    radius, axis = _size(shape, depth)
     width, widening = shape.profile(polar, depth)
     value = np.stack([radius * width, -shape.cut * shape.axis - axis * np.cos(polar)], -1)
     slope = np.stack([radius * widening, axis * np.sin(polar)], -1)
@@ -189,18 +205,30 @@ def _off_ellipsoid(shape: TruncatedEllipsoid, curve: Array) -> Array:
     place = _at(curve, bernstein(t))
     out = []
     for depth in (0, 1):
-        section, axis, _ = shape.semi_axes(depth)
-        radius = np.sqrt(np.linalg.det(section))
+        radius, axis = _size(shape, depth)
         taper = shape.taper[depth]
-        rho = place[..., depth, :, :, 0] / radius
-        cos = -(place[..., depth, :, :, 1] + shape.cut * shape.axis) / axis
-        swell = 1 + taper * cos
+        rho, cos, swell = _on_unit_sphere(shape, place[..., depth, :, :, :], depth)
         # Zero on the surface, which is smooth across the poles in these terms.
         level = (rho / swell) ** 2 + cos**2 - 1
         by_radius = 2 * rho / swell**2 / radius
         by_height = 2 * (cos - taper * rho**2 / swell**3) / axis
         out.append(level / np.hypot(by_radius, by_height) / radius)
     return _root_mean(np.stack(out, -3) * np.sqrt(weights), 3)
+
+
+def _on_unit_sphere(
+    shape: TruncatedEllipsoid, place: Array, depth: int
+) -> tuple[Array, Array, Array]:
+    """Places (..., 2) over the semi-axes, the second one downwards, and what the taper does."""
+    radius, axis = _size(shape, depth)
+    cos = -(place[..., 1] + shape.cut * shape.axis) / axis
+    return place[..., 0] / radius, cos, 1 + shape.taper[depth] * cos
+
+
+def _size(shape: TruncatedEllipsoid, depth: int) -> tuple[float, float]:
+    """Mean radius at the equator and semi-axis along z of a surface, mm."""
+    section, axis, _ = shape.semi_axes(depth)
+    return float(np.sqrt(np.linalg.det(section))), axis
 
 
 def _elements(curve: Array, grading: Array, radial: int) -> tuple[Array, Array]:

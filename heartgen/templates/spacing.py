@@ -60,6 +60,11 @@ class Spacing:
     grading: Grading = LINEAR
     side: int = 0
 
+    @property
+    def rows(self) -> int:
+        """Number of rows of elements."""
+        return self.value.shape[1] - 1
+
     def hermite(self) -> NDArray[np.float64]:
         """Value and slope at both ends of each row, (2, rows, 4)."""
         value, slope = self.value, self.slope

@@ -13,6 +13,7 @@ from heartgen.mesh.surfaces import enclosed_volume, sample_faces
 from heartgen.options import Apex
 from heartgen.templates.ellipsoid import TruncatedEllipsoid
 from heartgen.templates.lv import ellipsoid_mesh
+from tests.templates.shapes import distance, radius
 
 HOLE = 5.5
 """mm."""
@@ -35,10 +36,6 @@ BLUNT = TruncatedEllipsoid(
     np.zeros(2), np.zeros(2), 25 * np.eye(2), 50.0, 0.2, 9.0, 5.0, taper=(0.25, 0.2)
 )
 SHAPES = {"cup": CUP, "bent": BENT, "blunt": BLUNT}
-
-
-def radius(shape: TruncatedEllipsoid, depth: int) -> float:
-    return float(np.sqrt(np.linalg.det(shape.semi_axes(depth)[0])))
 
 
 def polar_at(shape: TruncatedEllipsoid, height: float, depth: int) -> float:
@@ -70,26 +67,6 @@ def wall_volume(shape: TruncatedEllipsoid, mesh: HexMesh) -> float:
 
     hole = (ends[0] - ends[1]) * quad(area, 0, 1)[0]
     return inside(shape, 1, polar[1]) - inside(shape, 0, polar[0]) - float(hole)
-
-
-def distance(shape: TruncatedEllipsoid, points: np.ndarray, depth: int) -> np.ndarray:
-    """Distance to a surface without end, mm, by Gauss and Newton on a chart without a pole."""
-    section, axis, _ = shape.semi_axes(depth)
-    flat = (points[:, :2] - shape.axis_at(points[:, 2])) @ np.linalg.inv(section).T
-    polar = np.arctan2(np.hypot(*flat.T), -(points[:, 2] + shape.cut * shape.axis) / axis)
-    angle = np.arctan2(flat[:, 1], flat[:, 0])
-    at = polar[:, None] * np.stack([np.cos(angle), np.sin(angle)], -1)
-    step = 1e-5 * np.eye(2)
-
-    def on(at: np.ndarray) -> np.ndarray:
-        return shape.points(np.arctan2(at[:, 1], at[:, 0]), np.hypot(*at.T), depth)
-
-    for _ in range(10):
-        slopes = np.stack([(on(at + h) - on(at - h)) / 2e-5 for h in step], -1)
-        normal = np.einsum("nxi,nxj->nij", slopes, slopes)
-        gradient = np.einsum("nxi,nx->ni", slopes, points - on(at))
-        at = at + np.linalg.solve(normal, gradient[..., None])[..., 0]
-    return np.asarray(np.linalg.norm(points - on(at), axis=1))
 
 
 @pytest.mark.parametrize("apex", ["collapsed", "hole", "patch"])
