@@ -78,7 +78,7 @@ class Meridians:
     @property
     def rows(self) -> int:
         """Number of rows of elements."""
-        return self.dofs.shape[1] - 1
+        return int(self.dofs.shape[1]) - 1
 
     def polar(self, surface: int, row: Array) -> Array:
         """Polar angle (n,), rad, on one of the two surfaces at row coordinates (n,)."""

@@ -63,7 +63,7 @@ class Spacing:
     @property
     def rows(self) -> int:
         """Number of rows of elements."""
-        return self.value.shape[1] - 1
+        return int(self.value.shape[1]) - 1
 
     def hermite(self) -> NDArray[np.float64]:
         """Value and slope at both ends of each row, (2, rows, 4)."""
