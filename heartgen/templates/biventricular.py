@@ -22,8 +22,9 @@ from heartgen.options import Apex
 from heartgen.templates.chart import Chart, fit_chart
 from heartgen.templates.disc import FACE_GAUSS, Disc, fit_disc, radius_of
 from heartgen.templates.ellipsoid import fit_ellipsoid
+from heartgen.templates.meridian import Meridians, best_meridians
 from heartgen.templates.rays import RayGrid, cast_rays
-from heartgen.templates.spacing import best_spacing
+from heartgen.templates.spacing import Spacing, best_spacing
 
 FIRST_EVEN_ROW = 2
 """First row of elements whose nodes lie in columns and rows where there is a square patch."""
@@ -68,9 +69,13 @@ def biventricular_template(
         raise AnatomyError("the mask holds no right ventricle: fit a template of the left one")
     shape = fit_ellipsoid(anatomy)
     _, around, along = elements
-    # Over a patch, between the ventricles' different walls, rows of their own cost shear.
-    by_row = apex == "hole"
-    grid = RayGrid(shape, best_spacing(shape, elements, graded, apex, hole, by_row))
+    spacing: Spacing | Meridians
+    if apex == "collapsed":
+        spacing = best_meridians(shape, elements, graded)
+    else:
+        # Over a patch, between the ventricles' different walls, rows of their own cost shear.
+        spacing = best_spacing(shape, elements, graded, apex, hole, by_row=apex == "hole")
+    grid = RayGrid(shape, spacing)
     first_row = max(sheet_of(apex, around, along).first_row, 1)
     hits = cast_rays(anatomy, grid)
     chart = fit_chart(grid, hits, elements, anatomy.rv.wall_thickness, first_row)

@@ -6,17 +6,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.anatomy import Anatomy
+from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN, bernstein
 from heartgen.mesh.hermite import cup_topology, sheet_of
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.quadrature import gauss_square
+from heartgen.mesh.quadrature import gauss, gauss_square
 from heartgen.mesh.sheet import Sheet
 from heartgen.options import Apex
 from heartgen.templates.disc import FACE_GAUSS, Fit, fit_disc, radius_of
 from heartgen.templates.ellipsoid import TruncatedEllipsoid, fit_ellipsoid
+from heartgen.templates.meridian import Meridians, best_meridians
 from heartgen.templates.spacing import Spacing, best_spacing
 
 MIDDLE = 0.5
 """Depth in the wall of the surface on which a square patch is laid out."""
+
+CHORD = 4.0
+"""A cubic has slopes ``4 tan(step / 4)`` along an arc, over its radius, to meet the circle at its
+middle too: six orders of the step closer than with the circle's own (Goldapp 1991, Approximation of
+circular arcs by cubic polynomials)."""
 
 
 def lv_template(
@@ -74,12 +81,15 @@ def ellipsoid_mesh(
     """
     radial, around, along = elements
     sheet = sheet_of(apex, around, along)
-    spacing = best_spacing(shape, elements, graded, apex, hole, by_row=apex != "collapsed")
-    topology = cup_topology(elements, spacing.grading, apex)
     if apex == "patch":
+        spacing = best_spacing(shape, elements, graded, apex, by_row=True)
+        grading = spacing.grading
         endo, epi = _laid_out(shape, spacing, sheet)
     else:
-        endo, epi = (_surface(shape, spacing, depth, sheet) for depth in (0, 1))
+        meridians = best_meridians(shape, elements, graded, apex, hole)
+        grading = meridians.grading
+        endo, epi = (_surface(shape, meridians, depth, sheet) for depth in (0, 1))
+    topology = cup_topology(elements, grading, apex)
     dofs = np.zeros((radial + 1, 2, *endo.shape))
     dofs[0, 0], dofs[-1, 0] = endo, epi
     return HexMesh(topology.straightening @ dofs.reshape(-1, 3), topology)
@@ -99,7 +109,7 @@ def _laid_out(
     def even(column: NDArray[np.float64]) -> NDArray[np.float64]:
         return 2 * np.pi * column / sheet.around
 
-    disc = fit_disc(sheet, 0, even, radius_of(polar, spacing.value.shape[1] - 1), surface)
+    disc = fit_disc(sheet, 0, even, radius_of(polar, spacing.rows), surface)
     uv, _ = gauss_square(FACE_GAUSS)
     angle, row = (x.ravel() for x in disc.polar(uv))
     fit = Fit(sheet, uv)
@@ -110,29 +120,55 @@ def _laid_out(
 
 
 def _surface(
-    shape: TruncatedEllipsoid, spacing: Spacing, depth: int, sheet: Sheet
+    shape: TruncatedEllipsoid, meridians: Meridians, depth: int, sheet: Sheet
 ) -> NDArray[np.float64]:
     """Degrees of freedom of one surface with a pole or a hole."""
-    section, axis, _ = shape.semi_axes(depth)
-    around = sheet.around
+    section, _, _ = shape.semi_axes(depth)
+    unit = section / np.sqrt(np.linalg.det(section))
+    around, first = sheet.around, sheet.first_row
     step = 2 * np.pi / around
     angle = np.linspace(0, 2 * np.pi, around, endpoint=False)
-    ring = np.stack([np.cos(angle), np.sin(angle)], -1) @ section.T
-    turn = step * np.stack([-np.sin(angle), np.cos(angle)], -1) @ section.T
-    zero = np.zeros(around)
-    polar, speed = spacing.value[depth], spacing.slope[depth]
+    ring = np.stack([np.cos(angle), np.sin(angle)], -1) @ unit.T
+    turn = CHORD * np.tan(step / CHORD) * np.stack([-np.sin(angle), np.cos(angle)], -1) @ unit.T
+    meridian = meridians.dofs[depth]
+    centre = _centre_line(shape, meridian[..., 1], level=first == 1)
     rows = []
-    if sheet.first_row == 1:
-        _, opening = shape.profile(polar[:1], depth)
-        tangents = np.concatenate([section.T * opening * speed[0], np.zeros((2, 1))], axis=1)
-        rows = [shape.points(zero[:1], zero[:1], depth), tangents]
-    for p, v in zip(polar[sheet.first_row :], speed[sheet.first_row :], strict=True):
-        dz = np.full(around, axis * np.sin(p) * v)
-        (width,), (widening,) = shape.profile(np.array([p]), depth)
-        value = shape.points(angle, zero + float(p), depth)
-        sideways = shape.lean + 2 * value[0, 2] * shape.bend
-        d_around = np.c_[turn * width, zero]
-        d_along = np.c_[ring * widening * v + np.outer(dz, sideways), dz]
-        d_both = np.c_[turn * widening * v, zero]
+    if first == 1:
+        pole = np.concatenate([centre[0, 0], meridian[0, 0, 1:]])
+        tangents = np.concatenate([meridian[0, 1, 0] * unit.T, np.zeros((2, 1))], axis=1)
+        rows = [pole[None], tangents]
+    flat = np.zeros((around, 1))
+    for (middle, drift), ((radius, z), (widening, dz)) in zip(
+        centre[first:], meridian[first:], strict=True
+    ):
+        value = np.c_[middle + radius * ring, flat + z]
+        d_around = np.c_[radius * turn, flat]
+        d_along = np.c_[drift + widening * ring, flat + dz]
+        d_both = np.c_[widening * turn, flat]
         rows.append(np.stack([value, d_around, d_along, d_both], 1).reshape(-1, 3))
     return np.concatenate(rows)
+
+
+def _centre_line(
+    shape: TruncatedEllipsoid, height: NDArray[np.float64], level: bool
+) -> NDArray[np.float64]:
+    """Value and slope (rows + 1, 2, 2) of the middle of the sections, from those of their height.
+
+    Where the axis bends, that is a least-squares fit, for the square of a cubic is no cubic.
+    """
+    rows = len(height) - 1
+    t, _ = gauss(FACE_GAUSS)
+    cubic = bernstein(t) @ HERMITE_TO_BERNSTEIN
+    by_row = np.zeros((rows, len(t), 2 * (rows + 1)))
+    for row in range(rows):
+        by_row[row, :, 2 * row : 2 * row + 4] = cubic
+    basis = by_row.reshape(rows * len(t), -1)
+    square = np.stack([height[:, 0] ** 2, 2 * height[:, 0] * height[:, 1]], -1).ravel()
+    free = np.ones(len(square), dtype=bool)
+    free[[0, -2]] = False  # apex and base are where they are,
+    free[1] = not level  # and the tangent plane of a pole is level
+    missing = (basis @ height.ravel()) ** 2 - basis @ square
+    square[free] += np.linalg.lstsq(basis[:, free], missing, rcond=None)[0]
+    out = height[..., None] * shape.lean + square.reshape(-1, 2, 1) * shape.bend
+    out[:, 0] += shape.centre
+    return np.asarray(out)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from heartgen.anatomy import Anatomy
 from heartgen.templates.ellipsoid import TruncatedEllipsoid
+from heartgen.templates.meridian import Meridians
 from heartgen.templates.spacing import Spacing
 
 AROUND = 90
@@ -31,12 +32,12 @@ class RayGrid:
     Attributes
     ----------
     shape : TruncatedEllipsoid
-    spacing : Spacing
+    spacing : Spacing or Meridians
         Where the rows of elements lie on its two surfaces.
     """
 
     shape: TruncatedEllipsoid
-    spacing: Spacing
+    spacing: Spacing | Meridians
 
     def rays(
         self, angle: NDArray[np.float64], row: NDArray[np.float64]
@@ -113,7 +114,7 @@ def cast_rays(anatomy: Anatomy, grid: RayGrid) -> Hits:
     -------
     Hits
     """
-    along = grid.spacing.value.shape[1] - 1
+    along = grid.spacing.rows
     angle = 2 * np.pi * np.arange(AROUND) / AROUND - np.pi
     row = (np.arange(PER_ROW * along) + 0.5) / PER_ROW
     start, direction = grid.rays(*(x.ravel() for x in np.meshgrid(angle, row)))

@@ -60,6 +60,11 @@ class Spacing:
     grading: Grading = LINEAR
     side: int = 0
 
+    @property
+    def rows(self) -> int:
+        """Number of rows of elements."""
+        return int(self.value.shape[1]) - 1
+
     def hermite(self) -> NDArray[np.float64]:
         """Value and slope at both ends of each row, (2, rows, 4)."""
         value, slope = self.value, self.slope
@@ -112,11 +117,8 @@ def best_spacing(
     """
     radial, around, rows = elements
     side = around // SIDES if apex == "patch" else 0
-    ends = np.array([shape.semi_axes(0)[2], shape.semi_axes(1)[2]])
-    even = ends[:, None] * np.linspace(0, 1, rows + 1)
-    if apex == "hole":
-        even += _hole_angle(shape, hole) * np.linspace(1, 0, rows + 1)
-    step = np.repeat((ends - even[:, 0])[:, None] / rows, rows + 1, axis=1)
+    even = even_rows(shape, rows, apex, hole)
+    step = np.repeat((even[:, -1:] - even[:, :1]) / rows, rows + 1, axis=1)
 
     def spacing(p: NDArray[np.float64]) -> Spacing:
         free = p[2 : 2 + 4 * rows].reshape(2, 2 * rows)
@@ -148,6 +150,23 @@ def best_spacing(
 
     start = np.zeros(2 + 4 * rows + (apex == "hole") + by_row * 2 * (rows + 1))
     return spacing(least_squares(misfit, start, xtol=1e-4, ftol=1e-4).x)
+
+
+def even_rows(
+    shape: TruncatedEllipsoid, rows: int, apex: Apex = "collapsed", hole: float = 0.0
+) -> NDArray[np.float64]:
+    """Polar angles (2, rows + 1), rad, of evenly spaced rows on endo- and epicardium.
+
+    Raises
+    ------
+    InputError
+        If the hole is too wide.
+    """
+    ends = np.array([shape.semi_axes(0)[2], shape.semi_axes(1)[2]])
+    even = ends[:, None] * np.linspace(0, 1, rows + 1)
+    if apex == "hole":
+        even += _hole_angle(shape, hole) * np.linspace(1, 0, rows + 1)
+    return even
 
 
 def _changing(value: NDArray[np.float64], side: int) -> RowGrading:
