@@ -25,7 +25,7 @@ from heartgen.mesh.hermite import RIM
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.validity import certify
 from heartgen.options import HOLE_SHARE, Options, usual_elements
-from heartgen.refinement import FitTarget, fit_target, misfit
+from heartgen.refinement import fit_target, misfit, refine, relax, settings_for
 from heartgen.registration import Deformation, register
 from heartgen.report import REPORT, Report, measured, slices_of
 from heartgen.templates import biventricular_template, lv_template
@@ -33,14 +33,6 @@ from heartgen.warping import warp
 
 if TYPE_CHECKING:
     import pyvista
-
-NO_WORSE = 0.945
-"""Misfit of a refined mesh, over that of the mesh before, from which quality costs too much, for
-each registration pass that was left out: about as much as a pass wins at best."""
-
-FALLING = 0.975
-"""Misfit of a refined mesh, over that of an earlier pass, from which quality costs too much, for
-each pass since: a pass may win nothing, but a higher level of detail is to."""
 
 
 @dataclass(frozen=True)
@@ -279,7 +271,7 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
     with clock.step("enhancement"):
         enhanced = _straightened(warped, options)
     with clock.step("refinement") as done:
-        mesh, treated = _refined(enhanced, start, options, done)
+        mesh, regularized = _refined(enhanced, anatomy, options, done)
     if options.basis == "lagrange":
         mesh = mesh.to_lagrange()
     with clock.step("assessment"):
@@ -311,7 +303,7 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
         findings=start.mask.findings
         + anatomy.findings
         + fallen_back(len(deformations), level)
-        + fitted_less(treated)
+        + fitted_less(regularized)
         + poorer(quality.min, options.least_quality),
         seconds=clock.seconds,
     )
@@ -363,13 +355,12 @@ def _alone(anatomy: Anatomy) -> bool:
 
 
 def _refined(
-    mesh: HexMesh, start: _Start, options: Options, done: Callable[[float], None]
+    mesh: HexMesh, anatomy: Anatomy, options: Options, done: Callable[[float], None]
 ) -> tuple[HexMesh, int]:
-    """Refined mesh, and how many elements were treated to be valid."""
+    """Refined mesh, and how many elements were regularized to be valid."""
     if not options.refine:
         return mesh, 0
-    anatomy = start.anatomy
-    weights = weights_for(
+    settings = settings_for(
         options.lod,
         options.quality,
         anatomy.rv is not None,
@@ -377,22 +368,12 @@ def _refined(
         options.insertion,
         mesh.topology.shape[1],
     )
-    patient = patient_of(anatomy)
-    allowed = _allowed_misfit(mesh, start, patient, options)
-    mesh, treated, valid = refine_in_rounds(
-        mesh, patient, weights, allowed, options.least_quality, done
-    )
-    if options.interior == "relaxed" and valid:
+    target = fit_target(anatomy)
+    # Who turns the dial up asks for quality; and a stack shows little of the surface.
+    bounded = options.quality <= 1 and anatomy.slices is None
+    allowed = misfit(mesh, target) if bounded else np.inf
+    refined = refine(mesh, target, settings, allowed, options.least_quality, done)
+    mesh = refined.mesh
+    if options.interior == "relaxed" and refined.valid:
         mesh = relax(mesh, options.least_quality, done)
-    return mesh, treated
-
-
-def _allowed_misfit(mesh: HexMesh, start: _Start, patient: FitTarget, options: Options) -> float:
-    """Misfit, mm, above which quality costs too much, by that of `mesh` and of earlier passes."""
-    if options.quality > 1 or start.anatomy.slices is not None:
-        return np.inf  # who turns the dial up asks for it; a stack shows little of the surface
-    passes = options.passes(options.lod, _alone(start.anatomy))
-    earlier = [warp(start.template, d) for d in reversed(start.deformations[: passes - 1])]
-    meshes = [mesh, *(_straightened(m, options) for m in earlier)]
-    least = min(FALLING**since * misfit(m, patient) for since, m in enumerate(meshes))
-    return NO_WORSE ** (options.lod - passes) * least
+    return mesh, int(refined.regularized.sum())

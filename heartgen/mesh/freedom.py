@@ -153,7 +153,8 @@ class FaceFreedom:
     def at(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Bernstein coefficients (f, 16, 3) of the faces from free degrees of freedom (n, 3)."""
         local = np.concatenate([q, np.zeros((1, 3))])[self.dofs].reshape(len(self.dofs), -1, 1)
-        return np.matmul(self.extraction, local).reshape(-1, FACE_COEFFICIENTS, 3)
+        control = np.matmul(self.extraction, local)
+        return np.asarray(control.reshape(-1, FACE_COEFFICIENTS, 3))
 
 
 def _dense_blocks(

@@ -16,9 +16,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from heartgen.mesh.freedom import FaceFreedom
-
-SHIFT = 1e-10
-"""Share of the largest diagonal entry added to all of them: the pole's are nearly free."""
+from heartgen.refinement.settings import RIDGE
 
 
 @dataclass(frozen=True)
@@ -72,22 +70,30 @@ class Assembler:
         Degrees of freedom of the kinds of blocks, such as those of elements and of faces.
     n : int
         Number of degrees of freedom.
+    held : (n,) bool, optional
+        Those that no step moves.
     """
 
-    def __init__(self, dofs: list[NDArray[np.intp]], n: int) -> None:
-        self.n = n
+    def __init__(
+        self, dofs: list[NDArray[np.intp]], n: int, held: NDArray[np.bool_] | None = None
+    ) -> None:
         self._kinds = dofs
-        row = np.concatenate([np.repeat(d, d.shape[1], axis=1).ravel() for d in dofs])
-        column = np.concatenate([np.tile(d, d.shape[1]).ravel() for d in dofs])
-        pair, n_pairs = np.flatnonzero((row < n) & (column < n)), len(row)
-        graph = sp.csr_array((np.ones(len(pair)), (row[pair], column[pair])), shape=(n, n))
+        self._free = np.arange(n) if held is None else np.flatnonzero(~held)
+        self._n = n
+        free = len(self._free)
+        renumbered = np.full(n + 1, free)
+        renumbered[self._free] = np.arange(free)
+        row = renumbered[np.concatenate([np.repeat(d, d.shape[1], axis=1).ravel() for d in dofs])]
+        column = renumbered[np.concatenate([np.tile(d, d.shape[1]).ravel() for d in dofs])]
+        pair, n_pairs = np.flatnonzero((row < free) & (column < free)), len(row)
+        graph = sp.csr_array((np.ones(len(pair)), (row[pair], column[pair])), shape=(free, free))
         self._order = reverse_cuthill_mckee(graph, symmetric_mode=True)
         row, column = np.argsort(self._order)[[row[pair], column[pair]]]
         pair, row, column = (of[row >= column] for of in (pair, row, column))
-        pattern, slot = np.unique(row * n + column, return_inverse=True)
+        pattern, slot = np.unique(row * free + column, return_inverse=True)
         gather = sp.coo_array((np.ones(len(slot)), (slot, pair)), shape=(len(pattern), n_pairs))
         self._gather = sp.csr_array(gather)
-        first, second = (3 * k[:, None] for k in np.divmod(pattern, n))
+        first, second = (3 * k[:, None] for k in np.divmod(pattern, free))
         first, second = first + np.repeat(np.arange(3), 3), second + np.tile(np.arange(3), 3)
         self._lower = first >= second
         below, along = (first - second)[self._lower], second[self._lower]
@@ -95,18 +101,18 @@ class Assembler:
         self._slot = along * self._width + below
 
     def solve(self, blocks: list[Blocks]) -> NDArray[np.float64]:
-        """Newton step (n, 3) that the blocks ask for; their `dofs` are of the constructor's.
+        """Newton step (n, 3) that the blocks ask for; each kind of `dofs` has at least one.
 
         Not a number throughout where rounding leaves no positive definite system to solve, as
         that of elements that have shrunk to nothing.
         """
         blocks = [_added([b for b in blocks if b.dofs is dofs]) for dofs in self._kinds]
         entries = np.concatenate([_by_pairs(b.matrix) for b in blocks])
-        values = np.zeros(3 * self.n * self._width)
+        values = np.zeros(3 * len(self._free) * self._width)
         values[self._slot] = (self._gather @ entries)[self._lower]
-        band = values.reshape((self._width, 3 * self.n), order="F")  # as LAPACK wants it
-        band[0] += SHIFT * band[0].max()
-        right = np.zeros((self.n + 1, 3))
+        band = values.reshape((self._width, 3 * len(self._free)), order="F")  # as LAPACK wants it
+        band[0] += RIDGE * band[0].max()
+        right = np.zeros((self._n + 1, 3))
         for b in blocks:
             np.add.at(right, b.dofs.ravel(), b.gradient.reshape(-1, 3))
         try:
@@ -114,11 +120,11 @@ class Assembler:
                 band, overwrite_ab=True, lower=True, check_finite=False
             )
         except np.linalg.LinAlgError:
-            return np.full((self.n, 3), np.nan)
-        ordered = right[self._order].ravel()
-        step = np.empty((self.n, 3))
-        step[self._order] = -scipy.linalg.cho_solve_banded(
-            (factor, True), ordered, overwrite_b=True, check_finite=False
+            return np.full((self._n, 3), np.nan)
+        moved = self._free[self._order]
+        step = np.zeros((self._n, 3))
+        step[moved] = -scipy.linalg.cho_solve_banded(
+            (factor, True), right[moved].ravel(), overwrite_b=True, check_finite=False
         ).reshape(-1, 3)
         return step
 

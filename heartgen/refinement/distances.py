@@ -21,23 +21,15 @@ from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.quadrature import gauss_square
 from heartgen.mesh.surfaces import FACE_COEFFICIENTS, tabulate_face
 from heartgen.refinement.assembly import Blocks, face_blocks
+from heartgen.refinement.settings import FACE_GAUSS, FACING, OUTLIER
 from heartgen.refinement.target import CUTS, FitTarget
 from heartgen.refinement.terms import Model
 
 Array = NDArray[np.float64]
 
-FACE_GAUSS = 6
-"""Samples per face and direction for the distance from mesh to patient."""
-
 CANDIDATES = 1
 """Places on the mesh from which the closest point is searched: the error is that of the nearest
 sample's face at worst, and the next step matches anew."""
-
-FACING = 0.3
-"""Least cosine between the normals of patient and mesh at points that belong together."""
-
-OUTLIER = 3.0
-"""Distance, voxels, at which a point of the patient counts half."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +68,10 @@ class MeshToPatient:
         value, slope = np.empty(area.shape), np.empty(points.shape)
         for name, rows in self.faces.rows.items():
             at = self.target.images[name].sample(points[rows].reshape(-1, 3))
-            value[rows], slope[rows] = at[0].reshape(area[rows].shape), at[1].reshape(points[rows].shape)
+            value[rows], slope[rows] = (
+                at[0].reshape(area[rows].shape),
+                at[1].reshape(points[rows].shape),
+            )
         weight = area / area.sum() * self._shown(points, area) * self.weight[:, None]
         return functions, slope, value, weight
 
@@ -111,7 +106,9 @@ class PatientToMesh:
         """Return the term near a mesh (see `Term`)."""
         control = self.faces.at(q)
         parts = [self._matched(control, name) for name in self.target.points]
-        face, functions, normal, value, weight = (np.concatenate(p) for p in zip(*parts, strict=True))
+        face, functions, normal, value, weight = (
+            np.concatenate(p) for p in zip(*parts, strict=True)
+        )
         total = sum(points.weights.sum() for points in self.target.points.values())
         weight = weight / total * self.weight[face]
 
@@ -121,7 +118,9 @@ class PatientToMesh:
 
         return Model(later, _blocks(self.faces, face, functions, normal, value, weight))
 
-    def _matched(self, control: Array, name: str) -> tuple[NDArray[np.intp], Array, Array, Array, Array]:
+    def _matched(
+        self, control: Array, name: str
+    ) -> tuple[NDArray[np.intp], Array, Array, Array, Array]:
         """Faces (p,), functions (p, 16), normals (p, 3), distances (p,) and weights (p,)."""
         points, rows = self.target.points[name], self.faces.rows[name]
         near = closest_on_patches(control[rows], points.points, CANDIDATES)
@@ -146,6 +145,7 @@ def misfit(mesh: HexMesh, target: FitTarget) -> float:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     target : FitTarget
 
     Returns

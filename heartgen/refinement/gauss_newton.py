@@ -8,20 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.refinement.assembly import Assembler
-from heartgen.refinement.terms import Term
-
-SHORTEST = 2.0**-10
-"""Share of a step below which none is made."""
-
-CONVERGED = 2e-3
-"""Relative decrease of the energy in a step below which no further one is made."""
+from heartgen.refinement.settings import CONVERGED, SHORTEST, STEPS
+from heartgen.refinement.terms import Model, Term
 
 
 def minimize(
     q: NDArray[np.float64],
     terms: Sequence[Term],
     assembler: Assembler,
-    steps: int,
+    steps: int = STEPS,
     feasible: Callable[[NDArray[np.float64]], bool] = lambda q: True,
     progress: Callable[[float], None] = lambda done: None,
 ) -> NDArray[np.float64]:
@@ -35,7 +30,7 @@ def minimize(
     assembler : Assembler
         Of the terms' blocks.
     steps : int
-        Gauss-Newton steps.
+        Gauss-Newton steps at most.
     feasible : callable
         Whether free degrees of freedom may be stepped to.
     progress : callable
@@ -44,25 +39,28 @@ def minimize(
     Returns
     -------
     (n, 3) float64
-        Of no greater energy than `q`, and feasible if `q` is.
+        Feasible if `q` is.
     """
     for step in range(steps):
         progress(step / steps)
         models = [term.near(q) for term in terms]
         direction = assembler.solve([model.blocks for model in models])
-
-        def energy(
-            q: NDArray[np.float64], models: Sequence = models  # type: ignore[type-arg]
-        ) -> float:
-            return sum(model.value(q) for model in models)
-
-        start, length = energy(q), 1.0
-        # A step to where the energy is not a number is no descent, either.
-        while not (energy(q + length * direction) < start and feasible(q + length * direction)):
+        start, length = _energy(models, q), 1.0
+        while True:
+            candidate = q + length * direction
+            reached = _energy(models, candidate)
+            # A step to where the energy is not a number is no descent, either.
+            if reached < start and feasible(candidate):
+                break
             length /= 2
             if length < SHORTEST:
                 return q
-        q = q + length * direction
-        if energy(q) > (1 - CONVERGED) * start:
-            return q
+        q = candidate
+        if reached > (1 - CONVERGED) * start:
+            break
     return q
+
+
+def _energy(models: Sequence[Model], q: NDArray[np.float64]) -> float:
+    """Sum of the terms."""
+    return sum(model.value(q) for model in models)

@@ -1,16 +1,21 @@
-"""The lines of the mesh: fair as those of the unrefined mesh are, and where those are.
+"""The lines of the mesh on its surfaces: as straight as an expert would draw them.
 
-With u the displacement of the surfaces from the unrefined mesh, n their normal, and the tangential
-part ``t(v) = v - n (n . v)``:
+Let x be the surface, u its displacement from the unrefined mesh, n the normal, t_1 and t_2 the
+directions of the lines along xi1 (circumferential) and xi2 (longitudinal), b_i = n x t_i the
+direction across a line, s_i the root mean square length of a face along xi_i, and v_t the part of v
+in the tangent plane. Per face, as means over it:
 
-    E_fair = sum_f w_f  mean_f( |t(u_11)|^2 / s_1^2 + |t(u_22)|^2 / s_2^2 + |t(u_12)|^2 / (s_1 s_2) )
-    E_move = sum_f w_f  mean_f( |t(u)|^2 )
+    E_fair   = |b_2 . x_22|^2 / s_2^2 + |b_1 . u_11|^2 / s_1^2 + |(u_12)_t|^2 / (s_1 s_2)
+    E_smooth = ( |n . u_11|^2 / s_1^2 + |n . u_22|^2 / s_2^2 + |n . u_12|^2 / (s_1 s_2) )
+    E_place  = |u_t|^2
 
-s_1 and s_2 are the root mean square lengths of a face along xi1 and xi2. A mesh can trade the
-course of its lines for even Jacobians, and no figure of error or quality would tell; E_fair lets
-lines move, but not bend. It is the *total* displacement that counts: bends of single steps add up.
-Movement along the normal is left to the data, but for a little bending of its own, by which the
-surface between data follows the unrefined one and not the elements.
+``b . x_22 / |x_2|^2`` is the geodesic curvature of a longitudinal line, which is zero for the
+meridians of an ellipsoid. Parallels have one of their own: a circumferential line keeps that of the
+unrefined mesh. A mesh could else trade the course of its lines for even Jacobians, and no figure of
+error or quality would tell. Movement *along* a line is free: rows may be spaced as the elements
+like. It is the total displacement that counts, for bends of single steps would add up. E_smooth
+lets the surface between data follow the unrefined one and not the elements; E_place keeps material
+points where the anatomy has them.
 """
 
 from __future__ import annotations
@@ -24,80 +29,92 @@ from heartgen.mesh.freedom import FaceFreedom
 from heartgen.mesh.quadrature import gauss_square
 from heartgen.mesh.surfaces import FACE_COEFFICIENTS, tabulate_face
 from heartgen.refinement.assembly import face_blocks
+from heartgen.refinement.settings import LINE_GAUSS
 from heartgen.refinement.terms import Model
 
 Array = NDArray[np.float64]
 
-GAUSS = 4
-"""Points per face and direction: as many as the second derivatives of a cubic have on two faces."""
-
-SECOND = ((2, 0), (0, 2), (1, 1))
+FIRST, SECOND, MIXED = ((1, 0), (0, 1)), ((2, 0), (0, 2)), (1, 1)
 
 
 @dataclass(frozen=True)
-class FairLines:
-    """Bending and movement of the surfaces' lines.
+class SurfaceLines:
+    """Course of the surfaces' lines.
 
     Attributes
     ----------
     faces : FaceFreedom
     unrefined : (f, 16, 3) float64
-        Bernstein coefficients of the faces that the displacement is counted from, mm.
-    tangential, normal, movement : (f,) float64
-        Weights of each face: of bending in the tangent plane and along the normal, and of movement
-        in the tangent plane, 1/mm^2.
+        Bernstein coefficients of the faces of the unrefined mesh, mm, world (LPS).
+    fair, smooth, place : (f,) float64
+        Weights of each face; that of `place` in 1/mm^2.
     """
 
     faces: FaceFreedom
     unrefined: Array
-    tangential: Array
-    normal: Array
-    movement: Array
-    along: float = 0.0
-    cross: float = 1.0
-    keep: tuple = (1.0, 1.0, 1.0)
+    fair: Array
+    smooth: Array
+    place: Array
 
     def near(self, q: Array) -> Model:
         """Return the term near a mesh (see `Term`)."""
-        forms = self._form(self.faces.at(q))
-        c0 = self.unrefined.reshape(len(self.unrefined), -1, 1)
-        form = sum(f for f, _ in forms)
-        pull = np.matmul(sum(k * f for f, k in forms), c0)
-        const = sum(k * k * float(np.sum(c0 * np.matmul(f, c0))) for f, k in forms)
-        c = self.faces.at(q).reshape(c0.shape)
-        gradient = (np.matmul(form, c) - pull)[..., 0]
+        absolute, relative = self._forms(self.faces.at(q))
+        x0 = self.unrefined.reshape(len(self.unrefined), -1, 1)
+
+        def residual(q: Array) -> tuple[Array, Array]:
+            x = self.faces.at(q).reshape(x0.shape)
+            return x, x - x0
 
         def value(q: Array) -> float:
-            c = self.faces.at(q).reshape(c0.shape)
-            return float(np.sum(c * (np.matmul(form, c) - 2 * pull))) + const
+            return sum(
+                float(np.sum(v * np.matmul(form, v)))
+                for v, form in zip(residual(q), (absolute, relative), strict=True)
+            )
 
-        return Model(value, face_blocks(self.faces, form, gradient))
+        x, u = residual(q)
+        gradient = np.matmul(absolute, x) + np.matmul(relative, u)
+        return Model(value, face_blocks(self.faces, absolute + relative, gradient[..., 0]))
 
-    def _form(self, control: Array) -> Array:
-        """The term as a quadratic form (f, 48, 48) of the displacement's coefficients."""
-        uv, w = gauss_square(GAUSS)
-        along = [np.matmul(tabulate_face(uv, d), control) for d in ((1, 0), (0, 1))]
-        normal = np.cross(*along)
-        normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), np.finfo(float).tiny)
-        nn = normal[..., :, None] * normal[..., None, :]
-        size = [np.einsum("fpx,fpx,p->f", a, a, w) for a in along]
-        scales = (size[0], size[1], np.sqrt(size[0] * size[1]))
-        tt = np.eye(3) - nn
-        lateral = [np.cross(normal, a) for a in along]
-        lateral = [b / np.maximum(np.linalg.norm(b, axis=-1, keepdims=True), np.finfo(float).tiny) for b in lateral]
-        bb = [(1 - self.along) * b[..., :, None] * b[..., None, :] + self.along * tt for b in lateral]
-        of = (*bb, self.cross * tt)
-        form = [(_forms(tabulate_face(uv), w[:, None, None] * self.movement[:, None, None, None] * tt), 1.0)]
-        for derivative, scale, projector, keep in zip(SECOND, scales, of, self.keep, strict=True):
-            for bending, k in ((self.tangential[:, None, None, None] * projector, keep), (self.normal[:, None, None, None] * nn, 1.0)):
-                per_point = bending * w[:, None, None] / scale[:, None, None, None]
-                form.append((_forms(tabulate_face(uv, derivative), per_point), k))
-        return form
+    def _forms(self, control: Array) -> tuple[Array, Array]:
+        """Quadratic forms (f, 48, 48) of the coefficients of the faces, and of displacements."""
+        uv, w = gauss_square(LINE_GAUSS)
+        along = [np.matmul(tabulate_face(uv, d), control) for d in FIRST]
+        size = [np.einsum("fpx,fpx,p->f", t, t, w)[:, None, None, None] for t in along]
+        normal = _unit(np.cross(*along))
+        across = [_outer(_unit(np.cross(normal, t))) for t in along]
+        onto = _outer(normal)
+        tangent = np.eye(3) - onto
+        w = w[:, None, None]
+        fair, smooth, place = (
+            v[:, None, None, None] * w for v in (self.fair, self.smooth, self.place)
+        )
+        absolute = _form(tabulate_face(uv, SECOND[1]), fair / size[1] * across[1])
+        relative = (
+            _form(tabulate_face(uv), place * tangent)
+            + _form(tabulate_face(uv, SECOND[0]), (fair * across[0] + smooth * onto) / size[0])
+            + _form(tabulate_face(uv, SECOND[1]), smooth / size[1] * onto)
+            + _form(
+                tabulate_face(uv, MIXED),
+                (fair * tangent + smooth * onto) / np.sqrt(size[0] * size[1]),
+            )
+        )
+        return absolute, relative
 
 
-def _forms(functions: Array, weights: Array) -> Array:
+def _form(functions: Array, weights: Array) -> Array:
     """Quadratic forms (f, 48, 48) of ``sum_p v' W_p v`` with ``v = functions_p . coefficients``."""
     f, m = len(weights), FACE_COEFFICIENTS
     pairs = (functions[:, :, None] * functions[:, None, :]).reshape(len(functions), -1)
     out = np.matmul(pairs.T, weights.reshape(f, len(functions), 9)).reshape(f, m, m, 3, 3)
     return np.asarray(out.transpose(0, 1, 3, 2, 4).reshape(f, 3 * m, 3 * m))
+
+
+def _outer(v: Array) -> Array:
+    """Projectors (..., 3, 3) onto directions (..., 3)."""
+    return np.asarray(v[..., :, None] * v[..., None, :])
+
+
+def _unit(v: Array) -> Array:
+    """Vectors (..., 3) of length 1; zero stays zero."""
+    length = np.linalg.norm(v, axis=-1, keepdims=True)
+    return np.asarray(v / np.maximum(length, np.finfo(float).tiny))

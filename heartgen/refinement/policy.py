@@ -1,78 +1,154 @@
-"""prototype policy"""
+"""The policy: a mesh is fitted until it is valid, close and good, by weights of its elements.
+
+One loop. Elements that fold or cross get more weight against the data until there are none. From
+then on no step may leave the valid meshes, and the weights that did it go back to little more than
+the usual. If the mesh is then farther from the patient than allowed, everything but the data weighs
+less; and elements whose Jacobian ratio is below the least weigh more, as far as that helps.
+"""
+
 from __future__ import annotations
+
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
-from heartgen.mesh.biventricular import right_apex
-from heartgen.mesh.freedom import FaceFreedom, Freedom
+
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.validity import certify
-from heartgen.refinement.assembly import Assembler
-from heartgen.refinement.distances import MeshToPatient, PatientToMesh, misfit
+from heartgen.refinement.distances import misfit
+from heartgen.refinement.energy import Energy
 from heartgen.refinement.gauss_newton import minimize
-from heartgen.refinement.lines import FairLines
-from heartgen.refinement.quality import EvenJacobians, RightAngles
-from heartgen.refinement.target import CUTS, FitTarget
+from heartgen.refinement.settings import (
+    AIM,
+    EASED_ROUNDS,
+    EASIEST,
+    EASING,
+    GROWTH,
+    MOST_RAISED,
+    RAISED_ROUNDS,
+    ROUNDS,
+    FitSettings,
+)
+from heartgen.refinement.target import FitTarget
+
+Array = NDArray[np.float64]
+
 
 @dataclass(frozen=True)
-class FitSettings:
-    distance: float = 0.3      # voxels that weigh one unit
-    even: float = 70.
-    angle: float = 6.25
-    fair: float = 3.
-    normal: float = 0.05
-    movement: float = 0.5      # per (length/38)^2
-    cut: float = 5.
-    apex: float = 3.
-    right_apex: float = 1.
-    steps: int = 10
-    rounds: int = 8
-    growth: float = 2.
-    more_steps: int = 10
-    along: float = 0.
-    cross: float = 1.
-    keep: tuple = (1.,1.,1.)
-    debug: bool = False
+class Refined:
+    """A refined mesh.
 
-def optimize(mesh, target, settings, allowed=np.inf, least=0., progress=lambda d: None, reference=None):
-    s=settings
-    freedom=Freedom(mesh.topology); faces=FaceFreedom(freedom, mesh.topology)
-    assembler=Assembler([freedom.dofs, faces.dofs], freedom.n)
-    e=mesh.n_elements; f=len(faces.faces); of=faces.faces[:,0]
-    fw=np.ones(f); cut=np.zeros(f,bool)
-    for n in CUTS: cut[faces.rows.get(n,slice(0))]=True
-    per=1/(s.distance*target.voxel)**2
-    dist=np.ones(e); dist[right_apex(mesh.topology)]*=s.right_apex; dist[mesh.topology.index[:,2]==0]*=s.apex
-    dist=per*dist[of]; out=np.where(cut,s.cut*dist,dist)
-    wall=(~cut)/ (~cut).sum()
-    per_move=s.movement*(38/target.length)**2
-    free=np.isin(of, mesh.topology.parts.get("right ventricle", []))
-    q0=mesh.dofs[freedom.free]; ref=faces.at(q0 if reference is None else reference.dofs[freedom.free])
-    weight=np.ones(e); factor=1.
-    q=q0; best=None; valid=False; history=[]
-    shape=lambda q: mesh.with_dofs(np.asarray(freedom.straight@q))
-    ok=lambda q: certify(shape(q)).all_valid
-    for r in range(s.rounds):
-        w=factor*weight
-        terms=[MeshToPatient(faces,target,out),PatientToMesh(faces,target,dist),
-          EvenJacobians(freedom,mesh.topology,s.even*w/e),RightAngles(freedom,s.angle*w/e),
-          FairLines(faces,ref,s.fair*w[of]*wall,s.normal*w[of]*wall,per_move*np.where(free,0,1)*w[of]*wall,s.along,s.cross,s.keep)]
-        if s.debug: E0=[t.near(q).value(q) for t in terms]
-        q=minimize(q,terms,assembler,s.steps if r==0 else s.more_steps, ok if valid else (lambda q: True))
-        if s.debug: E1=[t.near(q).value(q) for t in terms]; print('  E',np.round(E0,3),'->',np.round(E1,3))
-        m=shape(q); folded=~certify(m).valid
-        mf=misfit(m,target) if np.isfinite(allowed) else 0
-        if s.debug: print(f'  round {r}: folded {folded.sum()} cross {certify(m).overlapping.sum()} {[tuple(int(i) for i in x) for x in mesh.topology.index[folded]][:6]} misfit {mf:.4f} allowed {allowed:.4f} factor {factor:.2f} wmax {weight.max():.0f}')
-        if folded.any():
-            weight=weight*np.where(folded, s.growth*(r+1), 1)
-            continue
-        if not valid:
-            valid=True
-            if weight.max()>s.growth:
-                weight=np.where(weight>1,s.growth,1.); best=m; continue
-        best=m
-        if mf<=allowed or r==s.rounds-1: break
-        factor*=max(.5,(.995*allowed/mf)**7)
-    return (best if valid else m), int((weight>1).sum()), valid
+    Attributes
+    ----------
+    mesh : HexMesh
+        Straight across the wall; mm, world (LPS).
+    regularized : (e,) bool
+        Elements that weighed more against the data, to keep det J > 0 and the walls apart.
+    valid : bool
+        Whether no element folds and no two walls cross.
+    """
+
+    mesh: HexMesh
+    regularized: NDArray[np.bool_]
+    valid: bool
+
+
+def refine(
+    mesh: HexMesh,
+    target: FitTarget,
+    settings: FitSettings,
+    allowed: float = np.inf,
+    least: float = 0.0,
+    progress: Callable[[float], None] = lambda done: None,
+) -> Refined:
+    """Optimize a mesh for accuracy, quality and fairness, under constraints.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        Where to start, and where the lines' course is taken from; mm, world (LPS).
+    target : FitTarget
+    settings : FitSettings
+    allowed : float
+        Largest mean distance from the patient, mm.
+    least : float
+        Jacobian ratio that every element should reach.
+    progress : callable
+        Called with the share of a round that is done; may raise to cancel.
+
+    Returns
+    -------
+    Refined
+    """
+    energy = Energy(mesh, target, settings)
+
+    def fit(start: HexMesh, weight: Array, within: bool) -> HexMesh:
+        q = minimize(
+            energy.degrees(start),
+            energy.terms(weight),
+            energy.assembler,
+            feasible=(lambda q: certify(energy.shape(q)).all_valid) if within else lambda q: True,
+            progress=progress,
+        )
+        return energy.shape(q)
+
+    weight = np.ones(mesh.n_elements)
+    fitted, valid = mesh, False
+    for number in range(1, ROUNDS + 1):
+        fitted = fit(fitted, weight, within=False)
+        invalid = ~certify(fitted).valid
+        valid = not invalid.any()
+        if valid:
+            break
+        weight = np.where(invalid, number * GROWTH, 1) * weight
+    regularized = weight > 1
+    if not valid:
+        return Refined(fitted, regularized, valid)
+    if weight.max() > GROWTH:
+        weight = np.where(regularized, GROWTH, 1)
+        fitted = fit(fitted, weight, within=True)
+    for _ in range(EASED_ROUNDS if np.isfinite(allowed) else 0):
+        reached = misfit(fitted, target)
+        if reached <= allowed:
+            break
+        weight = max(EASIEST, (allowed / reached) ** EASING) * weight
+        fitted = fit(fitted, weight, within=True)
+    fitted = raise_ratios(fitted, least, weight, fit)
+    return Refined(fitted, regularized, valid)
+
+
+def raise_ratios(
+    mesh: HexMesh,
+    least: float,
+    weight: Array,
+    fit: Callable[[HexMesh, Array, bool], HexMesh],
+) -> HexMesh:
+    """Fit a mesh again until all elements reach a Jacobian ratio, or as far as they can.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        Valid; mm, world (LPS).
+    least : float
+        Jacobian ratio (paper, equation 3.1) that every element should reach.
+    weight : (e,) float64
+        Weights of the elements that it was fitted with.
+    fit : callable
+        Fits a mesh with weights of its elements, and leaves it valid.
+
+    Returns
+    -------
+    HexMesh
+        Of all rounds, the one whose poorest element is best; `mesh` itself if it has none so poor.
+    """
+    best = mesh
+    for _ in range(RAISED_ROUNDS):
+        ratio = jacobian_ratio(mesh)
+        if ratio.min() >= least:
+            break
+        weight = np.clip((AIM * least / ratio) ** 2, 1, MOST_RAISED) * weight
+        mesh = fit(mesh, weight, True)
+        best = max(best, mesh, key=lambda m: float(jacobian_ratio(m).min()))
+    return best

@@ -11,7 +11,6 @@ shear.
 
 from __future__ import annotations
 
-
 import numba as nb
 import numpy as np
 from numpy.typing import NDArray
@@ -21,27 +20,17 @@ from heartgen.mesh.hexmesh import Topology
 from heartgen.mesh.jacobian import QUALITY_GAUSS
 from heartgen.mesh.quadrature import gauss_cube
 from heartgen.refinement.assembly import Blocks
+from heartgen.refinement.settings import (
+    ANGLE_GAUSS,
+    COLLOCATED,
+    COLLOCATION,
+    FOLDED,
+    LEAST_SCALED,
+    SHIFT,
+)
 from heartgen.refinement.terms import Model
 
 Array = NDArray[np.float64]
-
-COLLOCATED = 0.1
-"""Weight of the points on an element's faces, where folds begin, against its Gauss points."""
-
-COLLOCATION = 4
-"""Collocation points along an edge of an element. They crowd towards the corners, as folds do."""
-
-ANGLE_GAUSS = 3
-"""Gauss points per direction for the angles."""
-
-LEAST_SCALED = 0.3
-"""Scaled Jacobian below which angles gain no more weight."""
-
-FOLDED = 1e-3
-"""Least det J, over the mean in an element, below which it has to be untangled..."""
-
-SHIFT = 0.1
-"""...with det J replaced by (det J + sqrt(det J^2 + 4 s^2)) / 2, s this share of its mean."""
 
 COLUMN_PAIRS = ((0, 1), (1, 2), (2, 0))
 

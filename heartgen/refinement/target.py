@@ -11,28 +11,17 @@ from numpy.typing import NDArray
 from heartgen.anatomy import Anatomy, Slices
 from heartgen.images.isosurface import Isosurface, isosurface
 from heartgen.images.levelset import LevelSet
-
-VOXELS_PER_LENGTH = 75.0
-"""The unit of distance is a voxel of an image at least this fine over the ventricle's length."""
-
-FEW = 8000
-"""Points of a surface that suffice far from the optimum."""
-
-SCATTER = np.sqrt([2.0, 3.0, 5.0])
-"""Irrational directions along which the fractional part of a place is as good as random, but the
-same for every order of an image's axes."""
+from heartgen.refinement.settings import (
+    FROM_CUT,
+    INTERPOLATED,
+    NEAR_SLICE,
+    POINTS,
+    SCATTER,
+    VOXELS_PER_LENGTH,
+)
 
 CUTS = ("base", "apex")
 """Surfaces where the wall is cut; the patient has no points for them."""
-
-FROM_CUT = 1.0
-"""Voxels from a cut at which the other surfaces' points begin: what lies closer is its rim."""
-
-INTERPOLATED = 0.2
-"""Weight of what was interpolated between slices against what the slices show."""
-
-NEAR = 0.15
-"""Distance from a slice, over that between slices, at which images count less."""
 
 
 @dataclass(frozen=True)
@@ -44,9 +33,8 @@ class FitTarget:
     images : mapping of str to LevelSet
         Signed distance for each named surface of the mesh.
     points : mapping of str to Isosurface
-        Points of the patient's surfaces away from the cuts, for the named surfaces they belong to.
-    few : mapping of str to Isosurface
-        About `FEW` of them, chosen by their places in the heart alone.
+        Points of the patient's surfaces away from the cuts, for the named surfaces they belong to:
+        about `POINTS` each, chosen by their places in the heart alone.
     voxel : float
         Unit of distance, mm.
     length : float
@@ -57,7 +45,6 @@ class FitTarget:
 
     images: Mapping[str, LevelSet]
     points: Mapping[str, Isosurface]
-
     voxel: float
     length: float
     slices: Slices | None = None
@@ -66,7 +53,7 @@ class FitTarget:
         """How far the images may be believed at points (n, 3), mm, world (LPS): (n,), up to 1."""
         if self.slices is None:
             return np.ones(len(points))
-        away = self.slices.away(points) / (NEAR * self.slices.distance)
+        away = self.slices.away(points) / (NEAR_SLICE * self.slices.distance)
         return np.asarray(INTERPOLATED + (1 - INTERPOLATED) * np.exp(-(away**2)))
 
 
@@ -81,17 +68,17 @@ def fit_target(anatomy: Anatomy) -> FitTarget:
     -------
     FitTarget
     """
-    points, few = {}, {}
+    points = {}
     for name, level in anatomy.surfaces.items():
         if name not in CUTS:
             part = _away_from_cuts(isosurface(level), anatomy)
-            points[name] = replace(part, weights=_areas(part.normals, level.affine))
-            few[name] = _thinned(points[name], anatomy)
+            weighted = replace(part, weights=_areas(part.normals, level.affine))
+            points[name] = _thinned(weighted, anatomy)
             if anatomy.slices is not None:
                 contours = _away_from_cuts(anatomy.slices.contours[name], anatomy)
-                points[name] = few[name] = _with_contours(few[name], contours)
+                points[name] = _with_contours(points[name], contours)
     voxel = min(anatomy.voxel, anatomy.length / VOXELS_PER_LENGTH)
-    return FitTarget(anatomy.surfaces, few, voxel, anatomy.length, anatomy.slices)
+    return FitTarget(anatomy.surfaces, points, voxel, anatomy.length, anatomy.slices)
 
 
 def _away_from_cuts(surface: Isosurface, anatomy: Anatomy) -> Isosurface:
@@ -115,10 +102,10 @@ def _with_contours(surface: Isosurface, contours: Isosurface) -> Isosurface:
 
 def _thinned(surface: Isosurface, anatomy: Anatomy) -> Isosurface:
     """Few of the points, whose weights fade out at the borders of the choice."""
-    if len(surface.points) <= FEW:
+    if len(surface.points) <= POINTS:
         return surface
     chance = anatomy.to_heart(surface.points) @ SCATTER / anatomy.voxel % 1
-    place = chance * len(surface.points) / FEW
+    place = chance * len(surface.points) / POINTS
     chosen = place < 1
     few = surface.part(chosen)
     return replace(few, weights=few.weights * np.sin(np.pi * place[chosen]))

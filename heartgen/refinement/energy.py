@@ -1,0 +1,82 @@
+"""The energy of a mesh: what its terms are, and how much each counts.
+
+    E = E_out + E_in                       distances between mesh and patient   (`distances`)
+      + sum_e w_e (E_det + E_angle)        quality of the elements              (`quality`)
+      + sum_f w_f (E_fair + E_smooth + E_place)    course of the lines          (`lines`)
+
+The weights w_e of the elements, and w_f of their faces, are how the policy works (`policy`): all
+but the data can weigh more where an element needs it, or less everywhere.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heartgen.mesh.biventricular import right_apex
+from heartgen.mesh.freedom import FaceFreedom, Freedom
+from heartgen.mesh.hexmesh import HexMesh
+from heartgen.refinement.assembly import Assembler
+from heartgen.refinement.distances import MeshToPatient, PatientToMesh
+from heartgen.refinement.lines import SurfaceLines
+from heartgen.refinement.quality import EvenJacobians, RightAngles
+from heartgen.refinement.settings import MOVEMENT, FitSettings
+from heartgen.refinement.target import CUTS, FitTarget
+from heartgen.refinement.terms import Term
+
+
+class Energy:
+    """Energy of the meshes of a topology, as a function of the surfaces' degrees of freedom.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        The unrefined mesh, mm, world (LPS).
+    target : FitTarget
+    settings : FitSettings
+    """
+
+    def __init__(self, mesh: HexMesh, target: FitTarget, settings: FitSettings) -> None:
+        self.freedom = Freedom(mesh.topology)
+        faces = FaceFreedom(self.freedom, mesh.topology)
+        self.assembler = Assembler([self.freedom.dofs, faces.dofs], self.freedom.n)
+        self._mesh, self._target, self._settings, self._faces = mesh, target, settings, faces
+        self._unrefined = faces.at(self.degrees(mesh))
+        self._cut = np.zeros(len(faces.faces), dtype=bool)
+        for name in CUTS:
+            self._cut[faces.rows.get(name, slice(0))] = True
+
+    def degrees(self, mesh: HexMesh) -> NDArray[np.float64]:
+        """Free degrees of freedom (n, 3) of a mesh."""
+        return mesh.dofs[self.freedom.free]
+
+    def shape(self, q: NDArray[np.float64]) -> HexMesh:
+        """Mesh of free degrees of freedom (n, 3); straight across the wall."""
+        return self._mesh.with_dofs(np.asarray(self.freedom.straight @ q))
+
+    def terms(self, weight: NDArray[np.float64]) -> list[Term]:
+        """Terms of the energy with a weight (e,) of each element against the data."""
+        faces, target, s = self._faces, self._target, self._settings
+        topology = self._mesh.topology
+        data = np.full(topology.n_elements, 1 / (s.distance * target.voxel) ** 2)
+        data[right_apex(topology)] *= s.right_apex
+        data[topology.index[:, 2] == 0] *= s.apex
+        of_face = faces.faces[:, 0]
+        per_element = weight / topology.n_elements
+        # The cuts have no lines of their own: theirs are those of the walls that they end.
+        per_face = np.where(self._cut, 0, weight[of_face]) / np.sum(~self._cut)
+        left = ~np.isin(of_face, topology.parts.get("right ventricle", []))
+        place = s.place / (MOVEMENT * target.length) ** 2
+        return [
+            MeshToPatient(faces, target, np.where(self._cut, s.cut, 1) * data[of_face]),
+            PatientToMesh(faces, target, data[of_face]),
+            EvenJacobians(self.freedom, topology, s.even * per_element),
+            RightAngles(self.freedom, s.angles * per_element),
+            SurfaceLines(
+                faces,
+                self._unrefined,
+                s.fair * per_face,
+                s.smooth * per_face,
+                place * left * per_face,
+            ),
+        ]
