@@ -53,8 +53,8 @@ class FitSettings:
         onto the round one of the anatomy, where the elements alone would rather stay square.
     """
 
-    even: float = 50.0
-    angles: float = 8.0
+    even: float = 38.0
+    angles: float = 7.0
     fair: float = 8.0
     smooth: float = 0.05
     place: float = 0.1
@@ -68,7 +68,7 @@ DENSE_LEFT = FitSettings()
 DENSE_BOTH = FitSettings(even=38.0, angles=28.0)
 """The corners of the right ventricle would be paid for with shear."""
 
-STACK_LEFT = FitSettings(even=30.0, angles=4.0, fair=4.0)
+STACK_LEFT = FitSettings(even=33.0, angles=4.0, fair=4.0)
 STACK_BOTH = FitSettings(even=68.0, angles=45.0, fair=4.0)
 """A stack is met closely whatever lies between its slices: there is room for better elements."""
 
@@ -176,7 +176,7 @@ LINE_GAUSS = 4
 
 # Driver and policy.
 
-STEPS, CONVERGED, SHORTEST = 10, 2e-3, 2.0**-10
+STEPS, CONVERGED, SHORTEST = 10, 5e-3, 2.0**-10
 """Gauss-Newton steps at most; relative decrease of the energy below which there is no further one;
 and share of a step below which none is made."""
 
