@@ -57,7 +57,8 @@ class EvenJacobians:
     def near(self, q: Array) -> Model:
         """Return the term near a mesh (see `Term`)."""
         jacobian, det = self._jacobian(q)
-        untangling = bool((det < FOLDED * self._size(det)).any())
+        folded = (det < FOLDED * self._size(det)) & (self._use > 0)
+        untangling = bool(folded.any())
         shift = SHIFT * self._size(det) * untangling
         root = np.sqrt(det**2 + 4 * shift**2)
         with np.errstate(divide="ignore", invalid="ignore"):

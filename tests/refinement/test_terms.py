@@ -162,7 +162,6 @@ def test_a_fold_is_infinite_to_a_valid_mesh_and_finite_to_a_folded_one(fine: Hea
     assert np.isfinite(term.near(far).value(far))
 
 
-@pytest.mark.xfail(reason="elements of more than 1 cm^3 at a pole are always untangled")
 def test_even_jacobians_do_not_know_units(heart: Heart) -> None:
     q, term = place(heart), term_of(heart, EvenJacobians)
     folded = place(heart, 10.0)
