@@ -56,8 +56,8 @@ class FitSettings:
     even: float = 38.0
     angles: float = 7.0
     fair: float = 8.0
-    smooth: float = 0.05
-    place: float = 0.1
+    smooth: float = 60.0
+    place: float = 10.0
     distance: float = 0.3
     cut: float = 5.0
     apex: float = 3.0
@@ -65,11 +65,11 @@ class FitSettings:
 
 
 DENSE_LEFT = FitSettings()
-DENSE_BOTH = FitSettings(even=38.0, angles=28.0)
+DENSE_BOTH = FitSettings(even=32.0, angles=30.0, smooth=2.0, place=0.1)
 """The corners of the right ventricle would be paid for with shear."""
 
-STACK_LEFT = FitSettings(even=33.0, angles=4.0, fair=4.0)
-STACK_BOTH = FitSettings(even=68.0, angles=45.0, fair=4.0)
+STACK_LEFT = FitSettings(even=33.0, angles=4.0, fair=4.0, smooth=0.05, place=0.1)
+STACK_BOTH = FitSettings(even=68.0, angles=45.0, fair=4.0, smooth=0.05, place=0.1)
 """A stack is met closely whatever lies between its slices: there is room for better elements."""
 
 ROUNDED = 16.0
