@@ -54,7 +54,7 @@ class FitSettings:
     """
 
     even: float = 38.0
-    angles: float = 7.0
+    angles: float = 10.0
     fair: float = 8.0
     smooth: float = 60.0
     place: float = 10.0
