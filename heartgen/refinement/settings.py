@@ -68,8 +68,8 @@ DENSE_LEFT = FitSettings()
 DENSE_BOTH = FitSettings(even=32.0, angles=30.0, smooth=2.0, place=0.1)
 """The corners of the right ventricle would be paid for with shear."""
 
-STACK_LEFT = FitSettings(even=33.0, angles=4.0, fair=4.0, smooth=0.05, place=0.1)
-STACK_BOTH = FitSettings(even=68.0, angles=45.0, fair=4.0, smooth=0.05, place=0.1)
+STACK_LEFT = FitSettings(even=32.0, angles=4.0, fair=5.0, smooth=0.05, place=0.1)
+STACK_BOTH = FitSettings(even=68.0, angles=45.0, fair=12.0, smooth=0.05, place=0.1)
 """A stack is met closely whatever lies between its slices: there is room for better elements."""
 
 ROUNDED = 16.0
@@ -209,6 +209,6 @@ number of such rounds."""
 AIM = 1.1
 """Jacobian ratio aimed at, over the least: the closer elements are, the less they still gain."""
 
-INTERIOR_LEFT, INTERIOR_BOTH = (45.0, 6.0), (30.0, 26.0)
+INTERIOR_LEFT, INTERIOR_BOTH = (45.0, 20.0), (30.0, 26.0)
 """Weights of even Jacobians and of right angles between the surfaces, of one ventricle and of both:
 so much shear that the right angles of straight walls are kept (cohort)."""
