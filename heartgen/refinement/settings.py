@@ -68,7 +68,7 @@ DENSE_LEFT = FitSettings()
 DENSE_BOTH = FitSettings(even=32.0, angles=30.0, smooth=2.0, place=0.1)
 """The corners of the right ventricle would be paid for with shear."""
 
-STACK_LEFT = FitSettings(even=32.0, angles=4.0, fair=5.0, smooth=0.05, place=0.1)
+STACK_LEFT = FitSettings(even=32.0, angles=4.0, fair=4.0, smooth=0.05, place=0.1)
 STACK_BOTH = FitSettings(even=68.0, angles=45.0, fair=12.0, smooth=0.05, place=0.1)
 """A stack is met closely whatever lies between its slices: there is room for better elements."""
 
