@@ -2,14 +2,14 @@
 
 usage: python -m benchmarks.ablation MASK... [--lod 3]
 
-Prints a table of the means over the masks: error, quality, scaled Jacobian, and how many meshes are
-proven valid.
+Prints a table of the means over the masks: error, quality, scaled Jacobian, wriggle of the lines in
+degrees, and how many meshes are proven valid.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,11 +19,15 @@ import heartgen
 from heartgen.anatomy import Anatomy
 from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.enhancement import enhance
+from heartgen.fairness import assess_fairness
 from heartgen.mesh import HexMesh
 from heartgen.pipeline import Personalization
-from heartgen.refinement import Weights, patient_of, refine, weights_for
+from heartgen.refinement import FitSettings, fit_target, refine, settings_for
 
-Variant = Callable[[Personalization, Weights], HexMesh]
+TERMS = ("even", "angles", "fair", "smooth", "place")
+"""Weights of the terms that are left out one at a time."""
+
+FIGURES = ("error", "Q", "Q worst", "scaled", "scaled worst", "wriggle along", "wriggle around")
 
 
 def main() -> None:
@@ -42,40 +46,46 @@ def main() -> None:
         for name, mesh in meshes(paper, linear, a.lod):
             figures.setdefault(name, []).append(measured(mesh, paper.anatomy))
     print(f"{len(a.masks)} masks, level of detail {a.lod}")
-    print("| variant | error | Q | Q worst | scaled | scaled worst | valid |")
-    print("|---|---|---|---|---|---|---|")
+    print(f"| variant | {' | '.join(FIGURES)} | valid |")
+    print("|---" * (len(FIGURES) + 2) + "|")
     for name, rows in figures.items():
-        cells = " | ".join(f"{x:.3f}" for x in np.mean([r[:5] for r in rows], axis=0))
-        print(f"| {name} | {cells} | {sum(r[5] for r in rows):.0f} |")
+        cells = " | ".join(f"{x:.3f}" for x in np.mean([r[:-1] for r in rows], axis=0))
+        print(f"| {name} | {cells} | {sum(r[-1] for r in rows):.0f} |")
 
 
 def meshes(
     paper: Personalization, linear: Personalization, lod: int
 ) -> Iterator[tuple[str, HexMesh]]:
     """Every variant by name."""
-    full = weights_for(lod, 1.0, paper.anatomy.rv is not None)
-    patient = patient_of(paper.anatomy)
+    anatomy, target = paper.anatomy, fit_target(paper.anatomy)
+    full = settings_for(
+        lod,
+        biventricular=anatomy.rv is not None,
+        stack=anatomy.slices is not None,
+        columns=paper.mesh.topology.shape[1],
+    )
+
+    def refined(mesh: HexMesh, settings: FitSettings = full) -> HexMesh:
+        return refine(mesh, target, settings).mesh
+
     yield "paper's four steps", paper.mesh
     yield "paper's, depth proportional", linear.mesh
     yield "paper's, without enhancement", paper.warped
-    yield "refined", refine(paper.mesh, patient, full)
-    yield "... depth proportional", refine(linear.mesh, patient, full)
-    yield "... without registration", refine(enhance(paper.template), patient, full)
-    for left_out in ("spread", "shear", "bending", "drift"):
-        yield (
-            f"... without {left_out}",
-            refine(paper.mesh, patient, replace(full, **{left_out: 0.0})),
-        )
-    yield "... base like the rest", refine(paper.mesh, patient, replace(full, cut=1.0))
-    for steps in (2, 5, 20):
-        yield f"... {steps} steps", refine(paper.mesh, patient, full, steps=steps)
+    yield "refined", refined(paper.mesh)
+    yield "... depth proportional", refined(linear.mesh)
+    yield "... without registration", refined(enhance(paper.template))
+    for term in TERMS:
+        yield f"... without {term}", refined(paper.mesh, replace(full, **{term: 0.0}))
+    yield "... base like the rest", refined(paper.mesh, replace(full, cut=1.0))
 
 
 def measured(mesh: HexMesh, anatomy: Anatomy) -> tuple[float, ...]:
-    """Error, quality, least quality, scaled Jacobian, least one, whether it is valid."""
+    """The figures, and whether the mesh is valid."""
     accuracy = assess_accuracy(mesh, anatomy.myocardium, anatomy.wall_volume)
-    q = assess_quality(mesh)
-    return accuracy.mean, q.mean, q.min, q.scaled_mean, q.scaled_min, float(q.valid)
+    q, lines = assess_quality(mesh), assess_fairness(mesh)
+    wriggle = lines.longitudinal_median, lines.circumferential_median
+    quality = q.mean, q.min, q.scaled_mean, q.scaled_min
+    return accuracy.mean, *quality, *wriggle, float(q.valid)
 
 
 if __name__ == "__main__":

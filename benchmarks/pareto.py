@@ -91,6 +91,8 @@ def fit(job: Row) -> list[Row]:
             "quality_min": r.report.quality.min,
             "scaled": r.report.quality.scaled_mean,
             "scaled_min": r.report.quality.scaled_min,
+            "along": r.report.fairness.longitudinal_median,
+            "around": r.report.fairness.circumferential_median,
             "valid": r.report.quality.valid,
             "fallen_back": any(f.check == "level of detail" for f in r.report.findings),
             "seconds": sum(r.report.seconds.values()),
@@ -111,9 +113,10 @@ def report(rows: Sequence[Row]) -> str:
 
 
 def side_by_side(rows: Sequence[Row]) -> str:
-    """Median and worst figures of both pipelines."""
+    """Median and worst figures of both pipelines; wriggle in degrees."""
     heads = ["set", "LoD", "pipeline", "cases", "error median", "error worst", "Q median"]
-    heads += ["Q worst", "scaled median", "scaled worst", "valid"]
+    heads += ["Q worst", "scaled median", "scaled worst"]
+    heads += ["wriggle along median", "worst", "wriggle around median", "worst", "valid"]
     sets = sorted({r["set"] for r in rows})
     groups = [(s, [r for r in rows if r["set"] == s]) for s in sets]
     if len(sets) > 1:
@@ -124,6 +127,8 @@ def side_by_side(rows: Sequence[Row]) -> str:
             r = [x for x in members if (x["lod"], x["pipeline"]) == (lod, pipeline)]
             e, q, j = (column(r, n) for n in ("shown", "quality", "scaled"))
             spread = [np.median(e), e.max(), np.median(q), q.min(), np.median(j), j.min()]
+            for wriggle in (column(r, n) for n in ("along", "around")):
+                spread += [np.median(wriggle), wriggle.max()]
             valid = sum(x["valid"] for x in r)
             lines.append([name, lod, pipeline, len(r), *map(float, spread), f"{valid} of {len(r)}"])
     return table(heads, lines)

@@ -4,10 +4,9 @@ usage: python -m benchmarks.sensitivity FOLDER_OR_MASK... [--lod 3] [--elements 
                                         [--output FILE.jsonl]
 
 Every mask is taken to the start of the refinement once, then refined with the default weights, and
-with each weight at half and at twice its default (one round: no element is made firmer). The scale
-of the distances is a common factor of spread, shear, bending, drift (weighed against squared
-distances over the squared scale), so half the scale is a quarter of the four. Prints medians over
-the masks, and the largest change that any mask sees.
+with each weight at half and at twice its default, to a valid mesh; the distance from the patient is
+not bounded. `distance` is the unit of the distances: half of it is a quarter of all other terms.
+Prints medians over the masks, and the largest change that any mask sees.
 """
 
 from __future__ import annotations
@@ -22,14 +21,16 @@ import heartgen
 from benchmarks.rows import Row, case_of, column, elements_of, jobs_of_masks, resume, table
 from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.errors import HeartgenError
-from heartgen.refinement import Weights, patient_of, refine, weights_for
+from heartgen.fairness import assess_fairness
+from heartgen.refinement import FitSettings, fit_target, refine, settings_for
 
-WEIGHTS = ("spread", "shear", "bending", "drift", "cut")
-SCALED = WEIGHTS[:4]
-"""Weights against the distances in units of their scale."""
-
+WEIGHTS = ("even", "angles", "fair", "smooth", "place", "distance", "cut", "apex")
 FACTORS = (0.5, 2.0)
-FIGURES = ("error", "quality", "quality_min", "scaled", "scaled_min")
+FIGURES = ("error", "quality", "quality_min", "scaled", "scaled_min", "along", "around")
+"""Columns; the last two are the median wriggle of longitudinal and circumferential lines."""
+
+CHANGES = {"quality": "Q", "scaled": "scaled", "along": "wriggle along"}
+"""Figures of which the largest change is told, and what they are called there."""
 
 
 def main() -> None:
@@ -47,11 +48,17 @@ def measure(job: Row) -> list[Row]:
         )
     except HeartgenError as error:
         return [{"case": case_of(path), "failure": str(error)}]
-    anatomy, patient = result.anatomy, patient_of(result.anatomy)
+    anatomy, target = result.anatomy, fit_target(result.anatomy)
+    default = settings_for(
+        job["lod"],
+        biventricular=anatomy.rv is not None,
+        stack=anatomy.slices is not None,
+        columns=result.mesh.topology.shape[1],
+    )
     rows = []
-    for name, weights in variants(weights_for(job["lod"], 1.0, anatomy.rv is not None)):
-        mesh = refine(result.enhanced, patient, weights)
-        quality = assess_quality(mesh)
+    for name, settings in variants(default):
+        mesh = refine(result.enhanced, target, settings).mesh
+        quality, lines = assess_quality(mesh), assess_fairness(mesh)
         rows.append(
             {
                 "case": case_of(path),
@@ -61,14 +68,16 @@ def measure(job: Row) -> list[Row]:
                 "quality_min": quality.min,
                 "scaled": quality.scaled_mean,
                 "scaled_min": quality.scaled_min,
+                "along": lines.longitudinal_median,
+                "around": lines.circumferential_median,
                 "valid": quality.valid,
             }
         )
     return rows
 
 
-def variants(default: Weights) -> Iterator[tuple[str, Weights]]:
-    """The weights by name, the default first."""
+def variants(default: FitSettings) -> Iterator[tuple[str, FitSettings]]:
+    """The settings by name, the default first."""
     yield "default", default
     for name in WEIGHTS:
         for factor in FACTORS:
@@ -76,16 +85,14 @@ def variants(default: Weights) -> Iterator[tuple[str, Weights]]:
                 f"{name} x {factor:g}",
                 replace(default, **{name: factor * getattr(default, name)}),
             )
-    for factor in FACTORS:
-        scaled = {name: factor**2 * getattr(default, name) for name in SCALED}
-        yield f"scale x {factor:g}", replace(default, **scaled)
 
 
 def report(rows: Sequence[Row]) -> str:
     """Medians, and the largest change against the default on one mask."""
     done = [r for r in rows if "error" in r]
     default = {r["case"]: r for r in done if r["weights"] == "default"}
-    heads = ["weights", *FIGURES, "valid", "largest change of error", "of Q", "of scaled"]
+    heads = ["weights", *FIGURES, "valid", "largest change of error"]
+    heads += [f"of {name}" for name in CHANGES.values()]
     lines = []
     for name in dict.fromkeys(r["weights"] for r in done):
         group = [r for r in done if r["weights"] == name]
@@ -93,7 +100,7 @@ def report(rows: Sequence[Row]) -> str:
         line.append(f"{sum(r['valid'] for r in group)} of {len(group)}")
         ratio = [r["error"] / default[r["case"]]["error"] - 1 for r in group]
         line.append(f"{max(ratio, key=abs):+.1%}")
-        for figure in ("quality", "scaled"):
+        for figure in CHANGES:
             change = [r[figure] - default[r["case"]][figure] for r in group]
             line.append(f"{max(change, key=abs):+.3f}")
         lines.append(line)

@@ -7,38 +7,59 @@ import pytest
 
 import heartgen
 from heartgen import samples
-from heartgen.errors import InputError
+from heartgen.assessment import assess_quality
+from heartgen.errors import Cancelled, InputError
+from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import volume
 from heartgen.mesh.surfaces import face_control
 from heartgen.pipeline import Personalization
+from heartgen.refinement import relax
 
 HEARTS = {"lv": samples.lifelike_lv, "biv": samples.biv}
 
 
 @pytest.fixture(scope="module", params=[*HEARTS, "patch"])
-def pair(request: pytest.FixtureRequest) -> tuple[Personalization, Personalization]:
+def straight(request: pytest.FixtureRequest) -> Personalization:
     heart = HEARTS.get(request.param, samples.lifelike_lv)(2.0)
     apex = "patch" if request.param == "patch" else "collapsed"
-    straight, relaxed = (
-        heartgen.personalize(heart.mask, apex=apex, interior=interior)
-        for interior in ("straight", "relaxed")
+    return heartgen.personalize(heart.mask, apex=apex)
+
+
+@pytest.fixture(scope="module")
+def relaxed(straight: Personalization) -> HexMesh:
+    return relax(straight.mesh)
+
+
+def test_surfaces_are_bit_equal(straight: Personalization, relaxed: HexMesh) -> None:
+    mesh = straight.mesh
+    faces = mesh.topology.external
+    assert np.array_equal(face_control(mesh, faces), face_control(relaxed, faces))
+    assert not np.array_equal(mesh.dofs, relaxed.dofs)
+    np.testing.assert_allclose(volume(relaxed), volume(mesh), rtol=1e-9)
+
+
+def test_elements_are_better_and_proven(straight: Personalization, relaxed: HexMesh) -> None:
+    before, after = straight.report.quality, assess_quality(relaxed)
+    assert after.valid
+    assert after.mean > before.mean
+    assert after.scaled_mean > before.scaled_mean - 0.02
+
+
+def test_the_pipeline_relaxes_what_it_refined() -> None:
+    mask = samples.ideal_cup(2.0).mask
+    one, other = (
+        heartgen.personalize(mask, elements=(1, 8, 4), interior=i) for i in ("straight", "relaxed")
     )
-    return straight, relaxed
+    np.testing.assert_array_equal(other.mesh.dofs, relax(one.mesh).dofs)
+    assert other.report.quality.valid
 
 
-def test_surfaces_are_bit_equal(pair: tuple[Personalization, Personalization]) -> None:
-    straight, relaxed = (r.mesh for r in pair)
-    faces = straight.topology.external
-    assert np.array_equal(face_control(straight, faces), face_control(relaxed, faces))
-    assert not np.array_equal(straight.dofs, relaxed.dofs)
-    np.testing.assert_allclose(volume(relaxed), volume(straight), rtol=1e-9)
+def test_progress_can_cancel(straight: Personalization) -> None:
+    def stop(done: float) -> None:
+        raise Cancelled
 
-
-def test_elements_are_better_and_proven(pair: tuple[Personalization, Personalization]) -> None:
-    straight, relaxed = (r.report.quality for r in pair)
-    assert relaxed.valid
-    assert relaxed.mean > straight.mean
-    assert relaxed.scaled_mean > straight.scaled_mean - 0.02
+    with pytest.raises(Cancelled):
+        relax(straight.mesh, progress=stop)
 
 
 def test_interior_belongs_to_the_refinement() -> None:
