@@ -75,6 +75,8 @@ class Energy:
         data[topology.index[:, 2] == 0] *= s.apex
         of_face = faces.faces[:, 0]
         per_element = ease * weight / topology.n_elements
+        even = s.even * per_element
+        even[topology.collapsed[:, 0]] *= s.pole
         # The cuts have no lines of their own: theirs are those of the walls that they end.
         per_face = np.where(self._cut, 0, ease) / np.sum(~self._cut)
         left = ~np.isin(of_face, topology.parts.get("right ventricle", []))
@@ -82,7 +84,7 @@ class Energy:
         return [
             MeshToPatient(faces, target, np.where(self._cut, s.cut, 1) * data[of_face]),
             PatientToMesh(faces, target, data[of_face]),
-            EvenJacobians(self.freedom, topology, s.even * per_element),
+            EvenJacobians(self.freedom, topology, even),
             RightAngles(self.freedom, s.angles * per_element),
             SurfaceLines(
                 faces,
