@@ -148,13 +148,13 @@ def wave(points: np.ndarray) -> np.ndarray:
 
 
 def swung(points: np.ndarray) -> np.ndarray:
-    """Every height turned about the axis, to and fro."""
+    """Every height turned about the axis, this way and that."""
     turn = Rotation.from_rotvec(np.outer(wave(points) / 20, [0, 0, 1]))
     return np.asarray(turn.apply(points))
 
 
 def slid(points: np.ndarray) -> np.ndarray:
-    """Every height moved along the axis, to and fro."""
+    """Every height moved along the axis, this way and that."""
     return points + np.outer(wave(points), [0, 0, 1])
 
 
