@@ -2,10 +2,10 @@
 
     E = E_out + E_in                       distances between mesh and patient   (`distances`)
       + sum_e w_e (E_det + E_angle)        quality of the elements              (`quality`)
-      + sum_f w_f (E_fair + E_smooth + E_place)    course of the lines          (`lines`)
+      + sum_f (E_fair + E_smooth + E_place)  course of the lines                (`lines`)
 
-The weights w_e of the elements, and w_f of their faces, are how the policy works (`policy`): all
-but the data can weigh more where an element needs it, or less everywhere.
+The weights w_e of the elements are how the policy works (`policy`): quality can weigh more where an
+element needs it; and all but the data can weigh less everywhere.
 """
 
 from __future__ import annotations
@@ -54,23 +54,37 @@ class Energy:
         """Mesh of free degrees of freedom (n, 3); straight across the wall."""
         return self._mesh.with_dofs(np.asarray(self.freedom.straight @ q))
 
-    def terms(self, weight: NDArray[np.float64]) -> list[Term]:
-        """Terms of the energy with a weight (e,) of each element against the data."""
+    def terms(self, weight: NDArray[np.float64], ease: float = 1.0) -> list[Term]:
+        """Terms of the energy.
+
+        Parameters
+        ----------
+        weight : (e,) float64
+            Of the quality of each element.
+        ease : float
+            Weight of all but the data.
+
+        Returns
+        -------
+        list of Term
+        """
         faces, target, s = self._faces, self._target, self._settings
         topology = self._mesh.topology
         data = np.full(topology.n_elements, 1 / (s.distance * target.voxel) ** 2)
         data[right_apex(topology)] *= s.right_apex
         data[topology.index[:, 2] == 0] *= s.apex
         of_face = faces.faces[:, 0]
-        per_element = weight / topology.n_elements
+        per_element = ease * weight / topology.n_elements
+        even = s.even * per_element
+        even[topology.collapsed[:, 0]] *= s.pole
         # The cuts have no lines of their own: theirs are those of the walls that they end.
-        per_face = np.where(self._cut, 0, weight[of_face]) / np.sum(~self._cut)
+        per_face = np.where(self._cut, 0, ease) / np.sum(~self._cut)
         left = ~np.isin(of_face, topology.parts.get("right ventricle", []))
         place = s.place / (MOVEMENT * target.length) ** 2
         return [
             MeshToPatient(faces, target, np.where(self._cut, s.cut, 1) * data[of_face]),
             PatientToMesh(faces, target, data[of_face]),
-            EvenJacobians(self.freedom, topology, s.even * per_element),
+            EvenJacobians(self.freedom, topology, even),
             RightAngles(self.freedom, s.angles * per_element),
             SurfaceLines(
                 faces,

@@ -52,7 +52,7 @@ def relax(
     held[_of_surfaces(topology)] = True
     assembler = Assembler([freedom.dofs], freedom.n, held)
 
-    def fit(start: HexMesh, weight: NDArray[np.float64], within: bool = True) -> HexMesh:
+    def fit(start: HexMesh, weight: NDArray[np.float64]) -> HexMesh:
         per_element = weight / topology.n_elements
         terms = (
             EvenJacobians(freedom, topology, even * per_element),

@@ -84,17 +84,17 @@ def refine(
     """
     energy = Energy(mesh, target, settings)
 
-    def fit(start: HexMesh, weight: Array, within: bool) -> HexMesh:
+    def fit(start: HexMesh, weight: Array, within: bool = True) -> HexMesh:
         q = minimize(
             energy.degrees(start),
-            energy.terms(weight),
+            energy.terms(weight, ease),
             energy.assembler,
             feasible=(lambda q: certify(energy.shape(q)).all_valid) if within else lambda q: True,
             progress=progress,
         )
         return energy.shape(q)
 
-    weight = np.ones(mesh.n_elements)
+    weight, ease = np.ones(mesh.n_elements), 1.0
     fitted, valid = mesh, False
     for number in range(1, ROUNDS + 1):
         fitted = fit(fitted, weight, within=False)
@@ -108,13 +108,13 @@ def refine(
         return Refined(fitted, regularized, valid)
     if weight.max() > GROWTH:
         weight = np.where(regularized, GROWTH, 1)
-        fitted = fit(fitted, weight, within=True)
+        fitted = fit(fitted, weight)
     for _ in range(EASED_ROUNDS if np.isfinite(allowed) else 0):
         reached = misfit(fitted, target)
         if reached <= allowed:
             break
-        weight = max(EASIEST, (allowed / reached) ** EASING) * weight
-        fitted = fit(fitted, weight, within=True)
+        ease *= max(EASIEST, (allowed / reached) ** EASING)
+        fitted = fit(fitted, weight)
     fitted = raise_ratios(fitted, least, weight, fit)
     return Refined(fitted, regularized, valid)
 
@@ -123,7 +123,7 @@ def raise_ratios(
     mesh: HexMesh,
     least: float,
     weight: Array,
-    fit: Callable[[HexMesh, Array, bool], HexMesh],
+    fit: Callable[[HexMesh, Array], HexMesh],
 ) -> HexMesh:
     """Fit a mesh again until all elements reach a Jacobian ratio, or as far as they can.
 
@@ -149,6 +149,6 @@ def raise_ratios(
         if ratio.min() >= least:
             break
         weight = np.clip((AIM * least / ratio) ** 2, 1, MOST_RAISED) * weight
-        mesh = fit(mesh, weight, True)
+        mesh = fit(mesh, weight)
         best = max(best, mesh, key=lambda m: float(jacobian_ratio(m).min()))
     return best

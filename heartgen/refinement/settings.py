@@ -16,7 +16,8 @@ from heartgen.options import Insertion
 # Weights, relative to the squared distances.
 
 LEVELS = (1.4, 1.1, 0.8, 0.5, 0.25)
-"""Weight of the elements' quality at each level of detail, over that of the settings (cohort)."""
+"""Weight of the elements' quality, and of the surface's smoothness, at each level of detail, over
+that of the settings (cohort)."""
 
 USUAL_COLUMNS, WIDER = 12, 2.8
 """Elements around the left ventricle of both that the weights are for, and power of the elements'
@@ -31,6 +32,10 @@ class FitSettings:
     ----------
     even : float
         Of the variance of log det J (cohort).
+    pole : float
+        The same in elements that collapse in the apex, over that of the others: det J grows from
+        zero there whatever one does, and what little could be gained would blunt the apex (cohort,
+        study: truth).
     angles : float
         Of the squared cosines between the elements' directions (cohort).
     fair : float
@@ -54,10 +59,11 @@ class FitSettings:
     """
 
     even: float = 38.0
-    angles: float = 7.0
+    pole: float = 0.2
+    angles: float = 10.0
     fair: float = 8.0
-    smooth: float = 0.05
-    place: float = 0.1
+    smooth: float = 30.0
+    place: float = 10.0
     distance: float = 0.3
     cut: float = 5.0
     apex: float = 3.0
@@ -65,11 +71,11 @@ class FitSettings:
 
 
 DENSE_LEFT = FitSettings()
-DENSE_BOTH = FitSettings(even=38.0, angles=28.0)
+DENSE_BOTH = FitSettings(even=32.0, angles=30.0, smooth=2.0, place=0.1, pole=1.0)
 """The corners of the right ventricle would be paid for with shear."""
 
-STACK_LEFT = FitSettings(even=33.0, angles=4.0, fair=4.0)
-STACK_BOTH = FitSettings(even=68.0, angles=45.0, fair=4.0)
+STACK_LEFT = FitSettings(even=32.0, angles=4.0, fair=4.0, smooth=0.05, place=0.1, pole=1.0)
+STACK_BOTH = FitSettings(even=68.0, angles=45.0, fair=12.0, smooth=0.05, place=0.1, pole=1.0)
 """A stack is met closely whatever lies between its slices: there is room for better elements."""
 
 ROUNDED = 16.0
@@ -121,7 +127,7 @@ def settings_for(
         even=factor * plain.even,
         angles=factor * plain.angles,
         fair=held * plain.fair,
-        smooth=held * plain.smooth,
+        smooth=LEVELS[lod - 1] * held * plain.smooth,
         right_apex=ROUNDED if insertion == "rounded" else 1.0,
     )
 
@@ -209,6 +215,6 @@ number of such rounds."""
 AIM = 1.1
 """Jacobian ratio aimed at, over the least: the closer elements are, the less they still gain."""
 
-INTERIOR_LEFT, INTERIOR_BOTH = (45.0, 6.0), (30.0, 26.0)
+INTERIOR_LEFT, INTERIOR_BOTH = (45.0, 20.0), (30.0, 26.0)
 """Weights of even Jacobians and of right angles between the surfaces, of one ventricle and of both:
 so much shear that the right angles of straight walls are kept (cohort)."""

@@ -134,7 +134,7 @@ def test_matrix_is_symmetric_and_positive_semidefinite(
     assert largest > 0
 
 
-@pytest.mark.parametrize("kind", [EvenJacobians, RightAngles, SurfaceLines])
+@pytest.mark.parametrize("kind", [EvenJacobians, RightAngles])
 def test_an_element_weighs_what_it_is_given(heart: Heart, kind: type) -> None:
     n, q = heart.mesh.n_elements, place(heart)
     weight = np.random.default_rng(2).uniform(1, 4, n)
@@ -147,11 +147,17 @@ def test_an_element_weighs_what_it_is_given(heart: Heart, kind: type) -> None:
     assert value(weight) == pytest.approx(weight @ each, rel=1e-6)
 
 
-def test_the_data_weigh_the_same_whatever_elements_do(heart: Heart) -> None:
-    q = place(heart)
-    usual, heavy = (heart.energy().terms(w * np.ones(heart.mesh.n_elements)) for w in (1.0, 9.0))
-    for one, other in zip(usual[:2], heavy[:2], strict=True):
-        assert one.near(q).value(q) == other.near(q).value(q)
+def test_what_counts_less_when_eased_and_more_when_weighed(heart: Heart) -> None:
+    q, ones = place(heart), np.ones(heart.mesh.n_elements)
+
+    def values(weight: float, ease: float) -> dict[type, float]:
+        return {type(t): t.near(q).value(q) for t in heart.energy().terms(weight * ones, ease)}
+
+    usual, weighed, eased = values(1, 1), values(9, 1), values(1, 0.25)
+    for kind in TERMS:
+        quality, data = kind in (EvenJacobians, RightAngles), kind in (MeshToPatient, PatientToMesh)
+        assert weighed[kind] == pytest.approx((9 if quality else 1) * usual[kind])
+        assert eased[kind] == pytest.approx((1 if data else 0.25) * usual[kind])
 
 
 def test_a_fold_is_infinite_to_a_valid_mesh_and_finite_to_a_folded_one(fine: Heart) -> None:
