@@ -195,7 +195,7 @@ def _vector(components: NDArray[np.float64], digits: int) -> str:
 def show_summaries(summaries: Sequence[Summary]) -> None:
     """Show what the groups of a cohort came to."""
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    table.add_column("")
+    table.add_column("", no_wrap=True)
     for head in (
         "cases",
         "success",

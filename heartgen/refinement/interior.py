@@ -23,6 +23,7 @@ from heartgen.refinement.settings import (
     INTERIOR_BOTH,
     INTERIOR_LEFT,
     INTERIOR_STEPS,
+    FitSettings,
 )
 
 
@@ -54,8 +55,10 @@ def relax(
 
     def fit(start: HexMesh, weight: NDArray[np.float64]) -> HexMesh:
         per_element = weight / topology.n_elements
+        of_even = even * per_element
+        of_even[topology.collapsed[:, 0]] *= FitSettings.pole
         terms = (
-            EvenJacobians(freedom, topology, even * per_element),
+            EvenJacobians(freedom, topology, of_even),
             RightAngles(freedom, angles * per_element),
         )
         return start.with_dofs(

@@ -22,6 +22,7 @@ from heartgen.refinement.energy import Energy
 from heartgen.refinement.gauss_newton import minimize
 from heartgen.refinement.settings import (
     AIM,
+    AIMED_MISFIT,
     EASED_ROUNDS,
     EASIEST,
     EASING,
@@ -113,7 +114,7 @@ def refine(
         reached = misfit(fitted, target)
         if reached <= allowed:
             break
-        ease *= max(EASIEST, (allowed / reached) ** EASING)
+        ease *= max(EASIEST, (AIMED_MISFIT * allowed / reached) ** EASING)
         fitted = fit(fitted, weight)
     fitted = raise_ratios(fitted, least, weight, fit)
     return Refined(fitted, regularized, valid)

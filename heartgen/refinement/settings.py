@@ -205,8 +205,9 @@ EASING, EASIEST = 7.0, 0.5
 """Power of the misfit over the largest allowed by which all but the data weighs less; and the least
 factor of a round (cohort: halving the weights takes a tenth of the misfit)."""
 
-EASED_ROUNDS = 3
-"""Rounds in which that may be so."""
+EASED_ROUNDS, AIMED_MISFIT = 4, 0.98
+"""Rounds in which that may be so; and misfit aimed at, over the largest allowed: the last percent
+would take rounds of its own."""
 
 MOST_RAISED, RAISED_ROUNDS = 4.0, 6
 """Factor by which an element below the least Jacobian ratio weighs more in a round, at most; and
@@ -215,6 +216,6 @@ number of such rounds."""
 AIM = 1.1
 """Jacobian ratio aimed at, over the least: the closer elements are, the less they still gain."""
 
-INTERIOR_LEFT, INTERIOR_BOTH = (45.0, 20.0), (30.0, 26.0)
+INTERIOR_LEFT, INTERIOR_BOTH = (45.0, 32.0), (30.0, 26.0)
 """Weights of even Jacobians and of right angles between the surfaces, of one ventricle and of both:
 so much shear that the right angles of straight walls are kept (cohort)."""

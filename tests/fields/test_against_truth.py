@@ -21,8 +21,13 @@ COARSE = 1.5
 LEVEL = 1
 """Level of detail."""
 
-FIBERS = {"ideal": 1.0, "lifelike": 2.0, "tilted": 2.0, "biv": 2.0}
-"""Mean angle to the true fibers, degrees."""
+FIBERS = {"ideal": 1.0, "lifelike": 2.0, "tilted": 2.0, "biv": 4.0}
+"""Mean angle to the true fibers, degrees. Rows of both ventricles bend around the right one's apex,
+with its insertion, where truth goes around in parallel to the base."""
+
+NORMALS = 0.15, 0.6
+"""What refined normals may be farther off than the unrefined ones, degrees: mean, 95 %. Registered
+at a coarse level, a phantom is as smooth as its template, and has none of its mask's noise."""
 
 MOST_IDEAL = 3.0
 """Angle below which 95 % of the fibers of the ideal phantom are, degrees."""
@@ -60,8 +65,8 @@ def test_nearly_all_fibers_of_the_ideal_phantom_are_the_true_ones(refine: bool) 
 @every
 def test_refined_normals_are_no_worse(name: str) -> None:
     before, after = (compared(name, refine) for refine in (False, True))
-    assert mean(after.normals, after.areas) < 1.02 * mean(before.normals, before.areas)
-    assert percentile(after.normals, after.areas) < 1.05 * percentile(before.normals, before.areas)
+    for figure, more in zip((mean, percentile), NORMALS, strict=True):
+        assert figure(after.normals, after.areas) < figure(before.normals, before.areas) + more
 
 
 @both

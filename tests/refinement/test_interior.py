@@ -50,7 +50,8 @@ def test_the_pipeline_relaxes_what_it_refined() -> None:
     one, other = (
         heartgen.personalize(mask, elements=(1, 8, 4), interior=i) for i in ("straight", "relaxed")
     )
-    np.testing.assert_array_equal(other.mesh.dofs, relax(one.mesh).dofs)
+    # Sums of the linear algebra library depend on its threads.
+    np.testing.assert_allclose(other.mesh.dofs, relax(one.mesh).dofs, atol=1e-9)
     assert other.report.quality.valid
 
 
