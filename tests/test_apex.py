@@ -59,7 +59,7 @@ def test_every_apex_gives_a_valid_mesh_and_better_elements_than_a_pole(
         assert report.options["apex"] == apex
         assert report.accuracy.mean < 0.15 * COARSE
         assert certify(result.template).all_valid
-    quality = {apex: result.report.quality.mean for apex, result in fitted.items()}
+    quality = {apex: result.report.quality.apical_row for apex, result in fitted.items()}
     assert quality["collapsed"] < min(quality["hole"], quality["patch"])
     assert fitted["patch"].mesh.n_elements == 9 + 5 * 12
 

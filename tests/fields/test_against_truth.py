@@ -25,7 +25,7 @@ FIBERS = {"ideal": 1.0, "lifelike": 2.0, "tilted": 2.0, "biv": 4.0}
 """Mean angle to the true fibers, degrees. Rows of both ventricles bend around the right one's apex,
 with its insertion, where truth goes around in parallel to the base."""
 
-NORMALS = 0.15, 0.6
+NORMALS = 0.2, 1.3
 """What refined normals may be farther off than the unrefined ones, degrees: mean, 95 %. Registered
 at a coarse level, a phantom is as smooth as its template, and has none of its mask's noise."""
 

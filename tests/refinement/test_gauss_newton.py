@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from heartgen.errors import Cancelled
-from heartgen.mesh.validity import certify
 from heartgen.refinement.assembly import Assembler, Blocks
 from heartgen.refinement.gauss_newton import minimize
 from heartgen.refinement.terms import Model
@@ -165,14 +164,12 @@ def test_a_step_that_is_not_a_number_is_not_made(
     np.testing.assert_array_equal(kept, q)
 
 
-def test_a_valid_mesh_stays_valid_where_that_is_asked_for(both: Heart) -> None:
+def test_no_step_leaves_what_is_feasible(both: Heart) -> None:
     energy = both.energy()
-    careless = energy.terms(np.full(both.mesh.n_elements, 1e-3))
+    terms = energy.terms(np.ones(both.mesh.n_elements))
     q = energy.degrees(both.mesh)
-    assert certify(energy.shape(q)).all_valid
-    free = minimize(q, careless, energy.assembler, 4)
-    assert not certify(energy.shape(free)).all_valid
-    kept = minimize(q, careless, energy.assembler, 4, lambda q: certify(energy.shape(q)).all_valid)
-    assert certify(energy.shape(kept)).all_valid
-    before, after = (sum(term.near(x).value(x) for term in careless) for x in (q, kept))
-    assert after < 0.9 * before
+    most = 0.5 * np.abs(minimize(q, terms, energy.assembler, 4) - q).max()
+    kept = minimize(q, terms, energy.assembler, 4, lambda p: bool(np.abs(p - q).max() < most))
+    assert 0 < np.abs(kept - q).max() < most
+    before, after = (sum(term.near(x).value(x) for term in terms) for x in (q, kept))
+    assert after < before
