@@ -80,7 +80,6 @@ class Energy:
         # The cuts have no lines of their own: theirs are those of the walls that they end.
         per_face = np.where(self._cut, 0, ease) / np.sum(~self._cut)
         left = ~np.isin(of_face, topology.parts.get("right ventricle", []))
-        place = s.place / (MOVEMENT * target.length) ** 2
         return [
             MeshToPatient(faces, target, np.where(self._cut, s.cut, 1) * data[of_face]),
             PatientToMesh(faces, target, data[of_face]),
@@ -91,6 +90,7 @@ class Energy:
                 self._unrefined,
                 s.fair * per_face,
                 s.smooth * per_face,
-                place * left * per_face,
+                s.place * left * per_face,
+                MOVEMENT * target.length,
             ),
         ]

@@ -7,7 +7,7 @@ in the tangent plane. Per face, as means over it:
 
     E_fair   = |b_2 . x_22|^2 / s_2^2 + |b_1 . u_11|^2 / s_1^2 + |(u_12)_t|^2 / (s_1 s_2)
     E_smooth = ( |n . u_11|^2 / s_1^2 + |n . u_22|^2 / s_2^2 + |n . u_12|^2 / (s_1 s_2) )
-    E_place  = |u_t|^2
+    E_place  = (|u_t| / m)^2 + (|u_t| / m)^6 / 3
 
 ``b . x_22 / |x_2|^2`` is the geodesic curvature of a longitudinal line, which is zero for the
 meridians of an ellipsoid. Parallels have one of their own: a circumferential line keeps that of the
@@ -15,7 +15,8 @@ unrefined mesh. A mesh could else trade the course of its lines for even Jacobia
 error or quality would tell. Movement *along* a line is free: rows may be spaced as the elements
 like. It is the total displacement that counts, for bends of single steps would add up. E_smooth
 lets the surface between data follow the unrefined one and not the elements; E_place keeps material
-points where the anatomy has them.
+points where the anatomy has them: most may move a
+little, and few far, as at the corners of the right ventricle.
 """
 
 from __future__ import annotations
@@ -47,7 +48,9 @@ class SurfaceLines:
     unrefined : (f, 16, 3) float64
         Bernstein coefficients of the faces of the unrefined mesh, mm, world (LPS).
     fair, smooth, place : (f,) float64
-        Weights of each face; that of `place` in 1/mm^2.
+        Weights of each face.
+    movement : float
+        m, mm.
     """
 
     faces: FaceFreedom
@@ -55,6 +58,7 @@ class SurfaceLines:
     fair: Array
     smooth: Array
     place: Array
+    movement: float
 
     def near(self, q: Array) -> Model:
         """Return the term near a mesh (see `Term`)."""
@@ -84,13 +88,15 @@ class SurfaceLines:
         across = [_outer(_unit(np.cross(normal, t))) for t in along]
         onto = _outer(normal)
         tangent = np.eye(3) - onto
+        moved = np.matmul(tabulate_face(uv), control - self.unrefined) / self.movement
+        far = 1 + np.einsum("fpx,fpxy,fpy->fp", moved, tangent, moved)[..., None, None] ** 2
         w = w[:, None, None]
         fair, smooth, place = (
             v[:, None, None, None] * w for v in (self.fair, self.smooth, self.place)
         )
         absolute = _form(tabulate_face(uv, SECOND[1]), fair / size[1] * across[1])
         relative = (
-            _form(tabulate_face(uv), place * tangent)
+            _form(tabulate_face(uv), place * far * tangent / self.movement**2)
             + _form(tabulate_face(uv, SECOND[0]), (fair * across[0] + smooth * onto) / size[0])
             + _form(tabulate_face(uv, SECOND[1]), smooth / size[1] * onto)
             + _form(

@@ -27,7 +27,13 @@ SLIGHT = 0.01
 SHAPE = (1, 12, 6)
 
 
-def lines(unrefined: np.ndarray, faces: object = None, **weights: float) -> SurfaceLines:
+FAR = 1000.0
+"""A movement beside which those of the tests are small, mm."""
+
+
+def lines(
+    unrefined: np.ndarray, faces: object = None, movement: float = FAR, **weights: float
+) -> SurfaceLines:
     """The term; a face is free in its 16 coefficients unless `faces` are given."""
     n = len(unrefined)
     numbers = np.arange(16 * n).reshape(n, 16)
@@ -35,7 +41,7 @@ def lines(unrefined: np.ndarray, faces: object = None, **weights: float) -> Surf
         dofs=numbers, extraction=np.tile(np.eye(48), (n, 1, 1)), at=lambda q: q.reshape(n, 16, 3)
     )
     of = {name: np.full(n, weights.get(name, 0.0) / n) for name in ("fair", "smooth", "place")}
-    return SurfaceLines(faces or single, unrefined, **of)  # type: ignore[arg-type]
+    return SurfaceLines(faces or single, unrefined, movement=movement, **of)  # type: ignore[arg-type]
 
 
 def flat(
@@ -66,7 +72,7 @@ def cost(x: np.ndarray, unrefined: np.ndarray, **weights: float) -> float:
 )
 def test_movement_along_straight_lines_is_free(slide: Callable[..., tuple[object, ...]]) -> None:
     assert cost(flat(slide), flat(), fair=1.0) < 1e-12
-    assert cost(flat(slide), flat(), place=1.0) > 1e-2
+    assert FAR**2 * cost(flat(slide), flat(), place=1.0) > 1e-2
 
 
 def test_a_longitudinal_line_is_to_be_straight_whatever_it_was() -> None:
@@ -115,7 +121,18 @@ def test_smoothness_does_not_know_movement_within_the_plane() -> None:
 
 def test_place_counts_what_moves_within_the_surface() -> None:
     moved = flat(lambda u, v: (0.3, 0.4, 7.0))
-    assert cost(moved, flat(), place=1.0) == pytest.approx(0.3**2 + 0.4**2)
+    assert FAR**2 * cost(moved, flat(), place=1.0) == pytest.approx(0.3**2 + 0.4**2)
+
+
+def test_place_draws_back_harder_what_moved_far() -> None:
+    def pull(movement: float) -> float:
+        """Slope along a movement (mm) in units of itself; 2 for a spring."""
+        q = flat(lambda u, v: (movement, 0, 0)).reshape(-1, 3)
+        blocks = lines(flat(), movement=1.0, place=1.0).near(q).blocks
+        return float(blocks.gradient.reshape(-1, 3)[:, 0].sum() * 2 / movement)
+
+    assert pull(0.1) == pytest.approx(2, rel=1e-3)
+    assert pull(2.0) == pytest.approx(2 * (1 + 2.0**4))
 
 
 @pytest.fixture(scope="module")
@@ -169,7 +186,7 @@ def test_rows_may_be_spaced_as_elements_like_but_meridians_not_swing(cup: HexMes
     rest = cost(walls(cup), walls(cup), fair=1.0)
     slide, swing = (walls(warp(cup, how)) for how in (slid, swung))
     # Both move as far; the one along the meridians, which stay meridians.
-    moved = [np.sqrt(cost(x, walls(cup), place=1.0)) for x in (slide, swing)]
+    moved = [FAR * np.sqrt(cost(x, walls(cup), place=1.0)) for x in (slide, swing)]
     assert moved[0] == pytest.approx(moved[1], rel=0.5)
     assert cost(slide, slide, fair=1.0) < 2 * rest + 1e-6
     assert cost(swing, walls(cup), fair=1.0) > 10 * cost(slide, walls(cup), fair=1.0)
