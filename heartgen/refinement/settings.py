@@ -71,7 +71,7 @@ class FitSettings:
 
 
 DENSE_LEFT = FitSettings()
-DENSE_BOTH = FitSettings(even=32.0, angles=40.0, smooth=2.0, place=1.0, pole=1.0)
+DENSE_BOTH = FitSettings(even=32.0, angles=42.0, smooth=2.0, place=2.0, pole=1.0)
 """The corners of the right ventricle would be paid for with shear."""
 
 STACK_LEFT = FitSettings(even=32.0, angles=4.0, fair=4.0, smooth=0.05, place=0.1, pole=1.0)

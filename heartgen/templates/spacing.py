@@ -85,11 +85,11 @@ def best_spacing(
     shape: TruncatedEllipsoid,
     elements: tuple[int, int, int],
     graded: bool,
-    apex: Apex = "collapsed",
+    apex: Apex,
     hole: float = 0.0,
     by_row: bool = False,
 ) -> Spacing:
-    """Choose the rows of a template.
+    """Choose the rows of a template by least squares (see `best_meridians` for exact ones).
 
     Parameters
     ----------

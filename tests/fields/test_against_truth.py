@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 import heartgen
-from benchmarks.truth import PHANTOMS, Comparison, compare, cup_of, mean, percentile
+from benchmarks.cups import cup_of
+from benchmarks.truth import PHANTOMS, Comparison, compare, mean, percentile
 from heartgen.samples import Sample, ideal_cup
 
 COARSE = 1.5
