@@ -14,6 +14,7 @@ from heartgen.anatomy import Anatomy, Cone, analyse_under, cone_through, with_ho
 from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.clock import Clock, Progress
 from heartgen.concessions import fallen_back, fitted_less, poorer
+from heartgen.coverage import assess_coverage
 from heartgen.enhancement import enhance
 from heartgen.errors import InputError
 from heartgen.fairness import assess_fairness
@@ -284,6 +285,7 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
             None if slices is None or not slices.shifts.any() else slices.given,
         )
         quality = assess_quality(mesh)
+        coverage = assess_coverage(mesh, start.mask, anatomy)
         fairness = assess_fairness(mesh, anatomy)
         unrefined = assess_fairness(enhanced)
     report = Report(
@@ -297,13 +299,16 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
         unrefined_fairness=unrefined,
         measurements=measured(anatomy, mesh),
         indices=clinical_indices(mesh, options.septum),
+        coverage=coverage,
         voxel_diagonal=start.mask.voxel_diagonal,
+        pixel_diagonal=start.mask.pixel_diagonal,
         fold_bound=deformations[level - 1].least_determinant(),
         slices=slices_of(anatomy),
         findings=start.mask.findings
         + anatomy.findings
         + fallen_back(len(deformations), level)
         + fitted_less(regularized)
+        + ((coverage.finding,) if coverage.finding else ())
         + poorer(quality.min, options.least_quality),
         seconds=clock.seconds,
     )

@@ -13,6 +13,7 @@ import numpy as np
 
 from heartgen.anatomy import Anatomy
 from heartgen.assessment import QUALITY_THRESHOLD, Accuracy, Quality
+from heartgen.coverage import Coverage
 from heartgen.errors import InputError
 from heartgen.fairness import Fairness
 from heartgen.fields.indices import Indices
@@ -122,8 +123,12 @@ class Report:
     measurements : Measurements
     indices : Indices
         Clinical indices of the mesh.
+    coverage : Coverage
+        What of the image the mesh accounts for.
     voxel_diagonal : float
         mm; the paper's limit for the mean error.
+    pixel_diagonal : float
+        mm; ours: of a stack, in the plane of its slices.
     fold_bound : float
         Proven lower bound of det(I + grad u) of each link of the deformation.
     slices : tuple of SliceReport
@@ -146,7 +151,9 @@ class Report:
     unrefined_fairness: Fairness
     measurements: Measurements
     indices: Indices
+    coverage: Coverage
     voxel_diagonal: float
+    pixel_diagonal: float
     fold_bound: float
     slices: tuple[SliceReport, ...]
     findings: tuple[Finding, ...]
@@ -154,13 +161,35 @@ class Report:
     versions: dict[str, str] = field(default_factory=lambda: _versions())
 
     @property
-    def success(self) -> bool:
+    def paper_success(self) -> bool:
         """The paper's rule (section 3.5): error below the voxel diagonal and quality above 0.33."""
         return self.accuracy.mean < self.voxel_diagonal and self.quality.mean > QUALITY_THRESHOLD
 
+    @property
+    def shortcomings(self) -> tuple[str, ...]:
+        """Why the mesh is no success, in words; none if it is one.
+
+        Our rule: the paper's, with the diagonal of a pixel for the slices of a stack; valid; and
+        nothing of the heart is left out.
+        """
+        error, ratio, whole = self.accuracy.mean, self.quality.mean, self.coverage.finding
+        said = {
+            f"the mean error is above the diagonal of a {_grain(self)}": error
+            >= self.pixel_diagonal,
+            f"the mean Jacobian ratio is below {QUALITY_THRESHOLD}": ratio <= QUALITY_THRESHOLD,
+            self.quality.faults: not self.quality.valid,
+            "" if whole is None else whole.message: whole is not None,
+        }
+        return tuple(text for text, so in said.items() if so)
+
+    @property
+    def success(self) -> bool:
+        """Our rule: whether there are no `shortcomings`."""
+        return not self.shortcomings
+
     def to_dict(self) -> dict[str, Any]:
         """Nested dictionary of plain values."""
-        return {**asdict(self), "success": self.success}
+        return {**asdict(self), "success": self.success, "paper_success": self.paper_success}
 
     def to_json(self) -> str:
         """JSON text."""
@@ -168,21 +197,35 @@ class Report:
 
     def __str__(self) -> str:
         a, q = self.accuracy, self.quality
-        verdict = "success" if self.success and q.valid else "NOT a success"
         lines = [
-            f"{self.name}: {verdict}",
+            f"{self.name}: {verdict_of(self)}",
             f"  error    mean {a.mean:.3f}  95 % {a.p95:.3f}  max {a.max:.3f} mm"
-            f"  (voxel diagonal {self.voxel_diagonal:.2f} mm)",
+            f"  ({_grain(self)} diagonal {self.pixel_diagonal:.2f} mm)",
             *_as_given(a),
             f"  quality  mean {q.mean:.3f}  min {q.min:.3f}  scaled Jacobian {q.scaled_mean:.3f}"
             f"  (threshold {QUALITY_THRESHOLD})",
             _wriggle(self.fairness, self.unrefined_fairness),
             "  validity " + (PROVEN if q.valid else q.faults),
+            f"  coverage {self.coverage.wall:.1%} of the wall, {self.coverage.contour:.1%} of the "
+            "outline",
             f"  time     {sum(self.seconds.values()):.1f} s",
         ]
         return "\n".join(lines + [f"  note     {f.message}" for f in self.findings])
 
     __repr__ = __str__
+
+
+def verdict_of(report: Report) -> str:
+    """Say by which rules a mesh is a success."""
+    if report.success:
+        return "success"
+    by_paper = " (one by the paper's rule)" if report.paper_success else ""
+    return f"NOT a success{by_paper}: {'; '.join(report.shortcomings)}"
+
+
+def _grain(report: Report) -> str:
+    """What the limit of the error is the diagonal of."""
+    return "pixel" if report.pixel_diagonal < report.voxel_diagonal else "voxel"
 
 
 def measured(anatomy: Anatomy, mesh: HexMesh) -> Measurements:

@@ -65,12 +65,18 @@ def follow_pools(
             for p in range(pools):
                 if found[p, n].any():
                     last[p] = found[p, n]
+    return whole_pools(walls, found), gaps
+
+
+def whole_pools(walls: Pixels, pools: Pixels) -> Pixels:
+    """Pools (pools, n, nx, ny) with what stands in them, without those too thin for a contour."""
+    found = pools.copy()
     for n, wall in enumerate(walls):
         filled = ndi.binary_fill_holes(wall | found[:, n].any(0))
-        for p in range(pools):
+        for p in range(len(found)):
             pool = _joined(found[p, n], filled) & ~found[:p, n].any(0)
             found[p, n] = pool if smooth_indicator(pool).max() > INSIDE else False
-    return found, gaps
+    return found
 
 
 def holes_of(wall: Pixels) -> NDArray[np.int32]:

@@ -4,6 +4,10 @@ Each part is a signed distance in the plane of every slice that shows it. Along 
 interpolated (Raya and Udupa 1990), and the level that they are zero on is the part's surface. Below
 the lowest slice of a part its area goes on to shrink as it does in the slices above it, until it
 vanishes; above the uppermost slice the part goes straight on.
+
+Where a part of one slice hardly lies over that of the next, as a narrow pool along a slanted axis,
+nothing would be left of it between them: then sections are interpolated about a line through their
+centers, and lie on it.
 """
 
 from __future__ import annotations
@@ -11,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.ndimage as ndi
 from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 
@@ -23,6 +28,10 @@ TAPERING = 3
 
 NEAREST_END, FARTHEST_END = 0.1, 1.0
 """Bounds of the depth of a part below its lowest slice, over the distance to the next slice."""
+
+OVERLAP = 0.6
+"""Share of the smaller of two sections that the other covers, from which they are interpolated in
+place."""
 
 KNOTS = np.array([0.85, 0.7, 0.5, 0.3, 0.15, 0.05, 0.0])
 """Heights over the end of a part, over the depth of that below its lowest slice, at which its
@@ -39,16 +48,27 @@ class Part:
         Of the planes, rising, mm; the lowest is the end of the part.
     values : (m, nx, ny) float64
         Signed distance in each plane, mm, negative inside.
+    centers : (m, 2) float64 or None
+        How far the part of each plane lies from where `values` have it, pixels; None if nowhere.
     """
 
     heights: Array
     values: Array
+    centers: Array | None = None
 
     def at(self, heights: Array) -> Array:
         """Level function (k, nx, ny) at heights (k,), mm; beyond the planes the part goes on."""
         low, high = self.heights[[0, -1]]
         inside = np.clip(heights, low, high)
-        level = Akima1DInterpolator(self.heights, self.values, axis=0, method="makima")(inside)
+        level = _between(self.heights, self.values, inside)
+        if self.centers is not None:
+            middle = _between(self.heights, self.centers, inside)
+            level = np.stack(
+                [
+                    ndi.shift(v, c, order=1, mode="nearest")
+                    for v, c in zip(level, middle, strict=True)
+                ]
+            )
         return np.asarray(level + np.maximum(low - heights, 0)[:, None, None])
 
 
@@ -83,7 +103,11 @@ def part_of(
     """
     has = np.flatnonzero(shapes.any(axis=(1, 2)))
     back = np.zeros((len(shapes), 2)) if shifts is None else -shifts
-    values = np.stack([planar_distance(shapes[n], spacing, back[n]) for n in has])
+    centers = _centers(shapes[has], back[has] / spacing)
+    moved = back[has] if centers is None else back[has] - centers * spacing
+    values = np.stack(
+        [planar_distance(shapes[n], spacing, by) for n, by in zip(has, moved, strict=True)]
+    )
     z = heights[has]
     areas = shapes[has].sum(axis=(1, 2)) * float(np.prod(spacing))
     depth, roundness = end_depth(z, areas, distance)
@@ -95,7 +119,24 @@ def part_of(
     return Part(
         np.concatenate([(z[0] - depth + KNOTS * depth)[::-1], z]),
         np.concatenate([tips[::-1], values]),
+        None if centers is None else np.concatenate([[centers[0]] * len(KNOTS), centers]),
     )
+
+
+def _centers(shapes: NDArray[np.bool_], back: Array) -> Array | None:
+    """Centers (m, 2) of sections moved by (m, 2), over the last, pixels; None if all overlap."""
+    middle = np.stack([np.argwhere(shape).mean(0) for shape in shapes]) + back
+    steps = np.rint(np.diff(back, axis=0)).astype(int)
+    for one, other, step in zip(shapes[:-1], shapes[1:], steps, strict=True):
+        common = (one & np.roll(other, step, axis=(0, 1))).sum()
+        if common < OVERLAP * min(one.sum(), other.sum()):
+            return np.asarray(middle - middle[-1])
+    return None
+
+
+def _between(heights: Array, values: Array, at: Array) -> Array:
+    """Values (k, ...) at heights (k,) between those (m, ...) at heights (m,)."""
+    return np.asarray(Akima1DInterpolator(heights, values, axis=0, method="makima")(at))
 
 
 def end_depth(heights: Array, areas: Array, distance: float) -> tuple[float, float]:

@@ -21,9 +21,10 @@ from heartgen.anatomy.following import (
     grown,
     holes_of,
     least_second,
+    whole_pools,
 )
 from heartgen.errors import AnatomyError
-from heartgen.images.mask import Finding
+from heartgen.images.mask import LEFT_BLOOD, RIGHT_BLOOD, Finding
 from heartgen.images.stack import Stack, with_border
 
 Pixels = NDArray[np.bool_]
@@ -53,9 +54,17 @@ its wall rather than a pool."""
 INCOMPLETE = 2
 """Slices at the base, at most, that show only a part of the wall, or of the valves above it."""
 
+CLOSED, LEAST_RING = 0.95, 0.6
+"""Share of the border of a labeled pool at which there is wall, or the other pool, from which the
+wall has no gap, and from which the slice may be the uppermost: valves leave it open at less."""
+
 WIDE = 0.4
-"""Area of the pool in the uppermost slice, at least, over the largest: there it opens. A smaller
-one that is found behind a gap there is what valves and parts of the wall leave of it."""
+"""Area of the left pool in the uppermost slice, at least, over the largest, if there are no labels:
+there it opens. A smaller one behind a gap is what valves and parts of the wall leave of it."""
+
+RIGHT_WIDE = 0.6
+"""The same of the right pool: above, it closes towards the pulmonary valve, and its wall overhangs.
+"""
 
 SOLID = 0.75
 """Area of a closed apex, at least, over that of its convex hull..."""
@@ -125,10 +134,26 @@ def find_sections(stack: Stack, ventricles: str = "auto") -> Sections | None:
     AnatomyError
         If there are too few slices, no cavity, or not what `ventricles` asks for.
     """
+    if stack.blood is not None:
+        walls, pools = stack.pixels, _labeled(stack.pixels, stack.blood)
+        _check_choice(len(pools) > 1, ventricles)
+        ring = _covered(walls, pools)
+        return _oriented(stack, walls, pools, (ring < CLOSED).astype(int), ring >= LEAST_RING)
     walls, holes, largest, second = _enclosed(stack.pixels)
     if not largest.any():
         return None
-    both = _enough(largest, second)
+    both = _enough(largest, second) or (ventricles == "biv" and bool(second.any()))
+    _check_choice(both, ventricles)
+    seed = int(np.argmax(second if both else largest))
+    pools, gaps = follow_pools(walls, holes, seed, 2 if both else 1, stack)
+    if both and _thickness(walls, pools) < 0:
+        pools = pools[::-1]
+    area = pools[0].sum(axis=(1, 2))
+    return _oriented(stack, walls, pools, gaps, (area >= WIDE * area.max()) | (gaps == 0))
+
+
+def _check_choice(both: bool, ventricles: str) -> None:
+    """Raise if the slices do not show the ventricles that they must."""
     if both and ventricles == "lv":
         raise AnatomyError(
             "two blood pools found where a left ventricle has one: the mask is biventricular; "
@@ -139,11 +164,37 @@ def find_sections(stack: Stack, ventricles: str = "auto") -> Sections | None:
             "one blood pool found where a biventricular heart has two: the mask shows a left "
             "ventricle alone, or a right ventricle that is not enclosed by its wall"
         )
-    seed = int(np.argmax(second if both else largest))
-    pools, gaps = follow_pools(walls, holes, seed, 2 if both else 1, stack)
-    if both and _thickness(walls, pools) < 0:
-        pools = pools[::-1]
-    return _oriented(stack, walls, pools, gaps)
+
+
+def _labeled(walls: Pixels, blood: NDArray[np.uint8]) -> Pixels:
+    """Pools (1 or 2, n, nx, ny) as the labels tell them, without specks."""
+    pools: list[Pixels] = []
+    for code in (LEFT_BLOOD, RIGHT_BLOOD):
+        pool = np.asarray(blood == code)
+        least = SPECK * pool.sum(axis=(1, 2)).max()
+        pool = np.stack([_without_specks(p, max(LEAST_POOL, least)) for p in pool])
+        if pool.any() or not pools:
+            pools.append(pool)
+    return whole_pools(walls, np.stack(pools))
+
+
+def _without_specks(pool: Pixels, least: float) -> Pixels:
+    """A pool (nx, ny) without pieces smaller than an area, pixels."""
+    pieces, count = ndi.label(pool)
+    sizes = np.bincount(pieces.ravel(), minlength=count + 1)
+    sizes[0] = 0
+    return np.asarray((sizes >= least)[pieces])
+
+
+def _covered(walls: Pixels, pools: Pixels) -> NDArray[np.float64]:
+    """Share (n,) of the border of the left pool in each slice at which there is wall or pool."""
+    share = np.zeros(len(walls))
+    for n, (wall, left) in enumerate(zip(walls, pools[0], strict=True)):
+        if left.any():
+            border = ndi.binary_dilation(left, iterations=2) & ~left
+            near = ndi.binary_dilation(wall | pools[1:, n].any(0))
+            share[n] = (border & near).sum() / border.sum()
+    return share
 
 
 def _enclosed(
@@ -208,13 +259,18 @@ def _thickness(walls: Pixels, pools: Pixels) -> float:
     return first - second
 
 
-def _points_down(hearts: Pixels, pool: Pixels) -> bool:
-    """Whether the apex is at the upper end of the slices, told by the pool (n, nx, ny) in them."""
-    area = pool.sum(axis=(1, 2))
+def _points_down(hearts: Pixels, pools: Pixels) -> bool:
+    """Whether the apex is at the upper end of the slices, told by the pools (., n, nx, ny)."""
+    pool, area = pools[0], pools[0].sum(axis=(1, 2))
     has = np.flatnonzero(area > SPECK * area.max())
     low, high = has[0], has[-1]
     if (low == 0) == (high == len(area) - 1):
-        return bool(area[low] > area[high])
+        if len(pools) == 1:
+            return bool(area[low] > area[high])
+        # The right ventricle ends above the apex.
+        index = np.arange(len(area))
+        left, right = (np.average(index, weights=p.sum(axis=(1, 2))) for p in pools)
+        return bool(right < left)
     # One end has no pool: the apex if muscle closes it, the base if the wall is open there.
     if low > 0:
         return not _closes(hearts[low - 1], pool[low])
@@ -233,19 +289,28 @@ def _closes(beyond: Pixels, pool: Pixels) -> bool:
 
 
 def _oriented(
-    stack: Stack, walls: Pixels, pools: Pixels, gaps: NDArray[np.intp]
+    stack: Stack,
+    walls: Pixels,
+    pools: Pixels,
+    gaps: NDArray[np.intp],
+    closed: NDArray[np.bool_],
 ) -> Sections | None:
-    """Sections from apex to base, without slices whose pool could not be found."""
+    """Sections from apex to base, without slices whose pool could not be found.
+
+    The uppermost slice shows the left pool, in a wall that is `closed` (n,), and the right pool if
+    there is one.
+    """
+    if _points_down(walls | pools.any(0), pools):
+        stack, walls, pools = stack.reversed(), walls[::-1], pools[:, ::-1]
+        gaps, closed = gaps[::-1], closed[::-1]
     area = pools[0].sum(axis=(1, 2))
     has = np.flatnonzero(area)
-    if _points_down(walls | pools.any(0), pools[0]):
-        stack, walls, pools, gaps = stack.reversed(), walls[::-1], pools[:, ::-1], gaps[::-1]
-        area = area[::-1]
-        has = np.flatnonzero(area)
-    wide = area >= WIDE * area.max()
-    complete = np.flatnonzero((area > 0) & (wide | (gaps == 0)))
+    complete = np.flatnonzero((area > 0) & closed)
+    if not len(complete):
+        return None
     top = complete[-1]
-    if len(has) < LEAST_SHARE * len(area) or len(area) - 1 - top > INCOMPLETE or not wide[top]:
+    wide = stack.blood is not None or area[top] >= WIDE * area.max()
+    if len(has) < LEAST_SHARE * len(area) or len(area) - 1 - top > INCOMPLETE or not wide:
         return None
     index = np.arange(len(area))
     keep = ((area > 0) | (index < has[0])) & (index <= top)
@@ -258,11 +323,25 @@ def _oriented(
                 "the pool",
             )
         )
+    above = np.zeros_like(keep)
+    if len(pools) > 1:
+        right = pools[1].sum(axis=(1, 2))
+        enough = np.flatnonzero(keep & (right >= RIGHT_WIDE * right[keep].max()))
+        above = keep & (index > enough[-1])
+    if above.any():
+        keep &= ~above
+        findings.append(
+            Finding(
+                "slices",
+                f"{int(np.sum(above))} slice(s) at the base were left out: they show the left "
+                "ventricle above the right one, and the mesh ends where both do",
+            )
+        )
     if gaps[keep].any():
         findings.append(
             Finding("gaps", f"gaps in the wall of {int(np.sum(gaps > 0))} slice(s) were closed")
         )
-    stack = replace(stack, pixels=stack.pixels[keep], heights=stack.heights[keep])
+    stack = stack.part(keep)
     blood = pools[:, keep]
     heart = [
         ndi.binary_fill_holes(w | p.any(0))

@@ -57,6 +57,13 @@ class Slices:
         near = [np.abs(height - self.heights[after - k]) for k in (0, 1)]
         return np.asarray(np.minimum(*near))
 
+    def shift_at(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Shift (n, 3), mm, of the slice nearest to points (n, 3), mm, world (LPS)."""
+        away = np.abs((points @ self.normal)[:, None] - self.heights)
+        nearest = away.argmin(axis=1)
+        within = away[np.arange(len(points)), nearest] < self.distance / 2
+        return np.asarray(self.shifts[nearest] * within[:, None])
+
 
 @dataclass(frozen=True)
 class Shape:

@@ -8,6 +8,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+WALL, LEFT_BLOOD, RIGHT_BLOOD = 1, 2, 3
+"""What a voxel of a labeled heart is."""
+
 STACK_RATIO = 2.5
 """Slice distance over pixel size from which an image counts as a stack of slices."""
 
@@ -45,12 +48,16 @@ class Mask:
         Name for reports, usually the file's.
     findings : tuple of Finding
         What the reader's checks saw; none of them fatal.
+    blood : (nx, ny, nz) uint8 or None
+        `LEFT_BLOOD` and `RIGHT_BLOOD` in the blood pools of a label map, else 0; None if the image
+        tells the myocardium alone.
     """
 
     voxels: NDArray[np.bool_]
     affine: NDArray[np.float64]
     name: str = "mask"
     findings: tuple[Finding, ...] = field(default=())
+    blood: NDArray[np.uint8] | None = None
 
     @cached_property
     def spacing(self) -> NDArray[np.float64]:
@@ -61,6 +68,21 @@ class Mask:
     def voxel_diagonal(self) -> float:
         """Length of the diagonal of a voxel, mm: the paper's limit for a successful fit."""
         return float(np.linalg.norm(self.spacing))
+
+    @property
+    def pixel(self) -> float:
+        """Edge of a square, or cube, of the size of a pixel of a stack's slices, or a voxel, mm."""
+        axis = self.stack_axis
+        sides = self.spacing if axis is None else np.delete(self.spacing, axis)
+        return float(np.prod(sides) ** (1 / len(sides)))
+
+    @property
+    def pixel_diagonal(self) -> float:
+        """Diagonal of a pixel of a stack's slices, else of a voxel, mm."""
+        axis = self.stack_axis
+        return float(
+            np.linalg.norm(self.spacing if axis is None else np.delete(self.spacing, axis))
+        )
 
     @property
     def volume(self) -> float:

@@ -29,14 +29,14 @@ from heartgen.images.dicom import read_segmentation, read_segments
 from heartgen.images.files import identify, refuse
 from heartgen.images.itk import read_itk
 from heartgen.images.labels import myocardium
-from heartgen.images.mask import Finding, Mask
+from heartgen.images.mask import LEFT_BLOOD, WALL, Finding, Mask
 from heartgen.images.nifti import read_nifti
 from heartgen.images.repairs import fill_lost_planes, keep_largest, pad_border
 from heartgen.images.schemes import Labelling, find_scheme
 from heartgen.images.ventricles import RV_WALL, VentricleChoice, check_choices, ventricular_walls
 from heartgen.images.volume import LPS_FROM_RAS, Label, Volume
 
-_Found: TypeAlias = tuple[NDArray[np.bool_] | None, tuple[Finding, ...]]
+_Found: TypeAlias = tuple[NDArray[np.bool_] | NDArray[np.uint8] | None, tuple[Finding, ...]]
 
 
 def read_mask(path: str | PathLike[str], *, label: Label | None = None, view: bool = False) -> Mask:
@@ -223,16 +223,23 @@ def _checked(
     report(name, [check_size(shape), check_dimensions(shape), check_data_type(volume.values.dtype)])
     volume = replace(volume, values=volume.values.reshape(shape[:3]))
     findings = [*volume.findings, check_affine(volume.affine), check_finite(volume.values)]
-    voxels = None
+    parts = None
     if findings[-1] is None:
-        voxels, told = select(volume)
+        parts, told = select(volume)
         findings += told
-    if voxels is not None:
+    if parts is not None:
+        voxels = parts == WALL
         findings += [check_empty(voxels), check_background(voxels)]
         findings += [] if view else [check_extent(voxels)]
     seen = report(name, findings)
-    assert voxels is not None  # else one of the findings was fatal
-    mask = Mask(np.ascontiguousarray(voxels), volume.affine, name)
+    assert parts is not None  # else one of the findings was fatal
+    blood = np.where(parts == WALL, np.uint8(0), parts.astype(np.uint8))
+    mask = Mask(
+        np.ascontiguousarray(parts == WALL),
+        volume.affine,
+        name,
+        blood=blood if np.any(blood == LEFT_BLOOD) else None,
+    )
     if not view:
         mask, lost = fill_lost_planes(mask)
         mask, dropped = keep_largest(mask)

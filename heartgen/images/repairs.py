@@ -143,7 +143,8 @@ def pad_border(mask: Mask) -> tuple[Mask, Finding | None]:
         f"The heart touches the border of the image ({sides}): {MARGIN} voxels of background "
         "were added there; what the image cuts off stays cut off.",
     )
-    return replace(mask, voxels=np.pad(mask.voxels, widths), affine=affine), finding
+    blood = None if mask.blood is None else np.pad(mask.blood, widths)
+    return replace(mask, voxels=np.pad(mask.voxels, widths), affine=affine, blood=blood), finding
 
 
 def _pieces(voxels: NDArray[np.bool_], stack_axis: int | None) -> NDArray[np.int32]:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.images.mask import Mask, planes_along
+
+Pixel = TypeVar("Pixel", np.bool_, np.uint8)
 
 
 @dataclass(frozen=True)
@@ -24,12 +27,15 @@ class Stack:
         From a slice to the next, mm: of the slab that a slice stands for.
     affine : (4, 4) float64
         Pixel indices and height (i, j, mm) to the world, mm, LPS.
+    blood : (n, nx, ny) uint8 or None
+        Labeled pools as in a `Mask`; None if there are none.
     """
 
     pixels: NDArray[np.bool_]
     heights: NDArray[np.float64]
     distance: float
     affine: NDArray[np.float64]
+    blood: NDArray[np.uint8] | None = None
 
     @property
     def spacing(self) -> NDArray[np.float64]:
@@ -49,13 +55,20 @@ class Stack:
         """Return the same slices with more empty pixels around the heart."""
         affine = self.affine.copy()
         affine[:3, 3] -= affine[:3, :2] @ (pixels, pixels)
-        return replace(self, pixels=with_border(self.pixels, pixels), affine=affine)
+        blood = None if self.blood is None else with_border(self.blood, pixels)
+        return replace(self, pixels=with_border(self.pixels, pixels), affine=affine, blood=blood)
+
+    def part(self, chosen: NDArray[np.bool_]) -> Stack:
+        """Return some of the slices, (n,) bool."""
+        blood = None if self.blood is None else self.blood[chosen]
+        return replace(self, pixels=self.pixels[chosen], heights=self.heights[chosen], blood=blood)
 
     def reversed(self) -> Stack:
         """Return the same slices in the opposite order."""
         affine = self.affine.copy()
         affine[:3, 2] *= -1
-        return Stack(self.pixels[::-1], -self.heights[::-1], self.distance, affine)
+        blood = None if self.blood is None else self.blood[::-1]
+        return Stack(self.pixels[::-1], -self.heights[::-1], self.distance, affine, blood)
 
 
 MARGIN = 6
@@ -96,21 +109,24 @@ def _slices(mask: Mask, axis: int) -> Stack:
     step = int(np.median(np.diff(planes))) if len(planes) > 1 else 1
     first, second = (a for a in range(3) if a != axis)
     pixels = np.moveaxis(mask.voxels, axis, 0)[planes]
-    corners = np.argwhere(pixels.any(0))
+    blood = None if mask.blood is None else np.moveaxis(mask.blood, axis, 0)[planes]
+    shown = pixels.any(0) if blood is None else pixels.any(0) | blood.any(0)
+    corners = np.argwhere(shown)
     low, high = corners.min(0), corners.max(0) + 1
-    box = pixels[:, low[0] : high[0], low[1] : high[1]]
+    box = (slice(None), slice(low[0], high[0]), slice(low[1], high[1]))
     affine = np.eye(4)
     affine[:3, :2] = mask.affine[:3, [first, second]]
     affine[:3, 2] = mask.affine[:3, axis] / mask.spacing[axis]
     affine[:3, 3] = mask.affine[:3, 3] + affine[:3, :2] @ (low - MARGIN)
     return Stack(
-        with_border(box, MARGIN),
+        with_border(pixels[box], MARGIN),
         np.asarray(planes * float(mask.spacing[axis]), dtype=float),
         step * float(mask.spacing[axis]),
         affine,
+        None if blood is None else with_border(blood[box], MARGIN),
     )
 
 
-def with_border(pixels: NDArray[np.bool_], border: int) -> NDArray[np.bool_]:
+def with_border(pixels: NDArray[Pixel], border: int) -> NDArray[Pixel]:
     """Slices (n, nx, ny) with empty pixels around them."""
     return np.pad(pixels, [(0, 0), (border, border), (border, border)])

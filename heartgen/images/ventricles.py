@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from heartgen.images.checks import check_affine
 from heartgen.images.files import refuse
 from heartgen.images.labels import describe_present, not_labels
-from heartgen.images.mask import Finding
+from heartgen.images.mask import LEFT_BLOOD, RIGHT_BLOOD, WALL, Finding
 from heartgen.images.schemes import ENCLOSED, Scheme, enclosure, guess_scheme
 from heartgen.images.volume import Volume
 from heartgen.images.wall import Parts, build_rv_wall
@@ -40,7 +40,7 @@ def check_choices(ventricles: str, rv_wall: float, name: str) -> None:
 
 def ventricular_walls(
     volume: Volume, scheme: Scheme | None, ventricles: VentricleChoice, rv_wall: float
-) -> tuple[NDArray[np.bool_] | None, tuple[Finding, ...]]:
+) -> tuple[NDArray[np.uint8] | None, tuple[Finding, ...]]:
     """Unite the walls of the ventricles, the right one built if it is not labelled.
 
     Parameters
@@ -56,8 +56,9 @@ def ventricular_walls(
 
     Returns
     -------
-    voxels : (nx, ny, nz) bool or None
-        The myocardium; None if it cannot be told.
+    parts : (nx, ny, nz) uint8 or None
+        `WALL` in the myocardium, `LEFT_BLOOD` and `RIGHT_BLOOD` in the pools of the ventricles
+        taken; None if it cannot be told.
     findings : tuple of Finding
         Why it cannot, or how it was made.
     """
@@ -88,16 +89,25 @@ def ventricular_walls(
             ),
         )
     lv_wall = np.isin(values, scheme.lv_myocardium)
-    if ventricles == "lv":
-        return lv_wall, findings
+    lv_pool = np.isin(values, scheme.lv_pool)
     rv_labelled = np.isin(values, scheme.rv_myocardium)
     rv_pool = np.isin(values, scheme.rv_pool)
-    if rv_labelled.any() or not rv_pool.any():
-        return lv_wall | rv_labelled, findings
-    lv_pool = np.isin(values, scheme.lv_pool)
-    parts = Parts(lv_wall, lv_pool, rv_pool, np.isin(values, scheme.rv_openings))
-    built, said = build_rv_wall(parts, volume.affine, rv_wall)
-    return lv_wall | built, findings + said
+    if ventricles == "lv":
+        return _united(lv_wall, lv_pool), findings
+    if not rv_labelled.any() and rv_pool.any():
+        parts = Parts(lv_wall, lv_pool, rv_pool, np.isin(values, scheme.rv_openings))
+        rv_labelled, said = build_rv_wall(parts, volume.affine, rv_wall)
+        findings += said
+    return _united(lv_wall | rv_labelled, lv_pool, rv_pool), findings
+
+
+def _united(wall: NDArray[np.bool_], *pools: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """Wall, left and right pool in one array."""
+    parts = np.zeros(wall.shape, dtype=np.uint8)
+    for code, pool in zip((LEFT_BLOOD, RIGHT_BLOOD), pools, strict=False):
+        parts[pool] = code
+    parts[wall] = WALL
+    return parts
 
 
 def _check_labels(volume: Volume, scheme: Scheme, ventricles: str) -> Finding | None:

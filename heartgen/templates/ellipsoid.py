@@ -19,6 +19,10 @@ CUT_LIMITS = (-0.3, 0.9)
 TAPER_LIMIT = 0.6
 """Bound of the taper: the radius stays positive and has one bulge."""
 
+SECTION_LIMITS = np.log([3.0, 2.0, 2.0])
+"""Bounds of a section's size over that of the pool, and of its elongation, as logarithms: semi-axes
+up to 4 to 1 along the heart's axes."""
+
 THIN = 0.15
 """Least thickness of wall and apex over the measured wall thickness."""
 
@@ -129,7 +133,7 @@ def fit_ellipsoid(anatomy: Anatomy) -> TruncatedEllipsoid:
         return TruncatedEllipsoid(
             centre=r * p[0:2],
             lean=p[2:4],
-            section=r * np.array([[p[4], p[5]], [p[5], p[6]]]),
+            section=r * _positive(p[4:7]),
             axis=length * p[7],
             cut=float(p[8]),
             wall=anatomy.wall_thickness * p[9],
@@ -153,7 +157,7 @@ def fit_ellipsoid(anatomy: Anatomy) -> TruncatedEllipsoid:
 
     axis = 1 / (1 + START_CUT)
     apex = max(anatomy.apex_thickness, least) / anatomy.wall_thickness
-    start = np.array([0, 0, 0, 0, 1, 0, 1, axis, START_CUT, 1, apex, 0, 0, 0, 0])
+    start = np.array([0, 0, 0, 0, 0, 0, 0, axis, START_CUT, 1, apex, 0, 0, 0, 0])
     bound = (TAPER_LIMIT, TAPER_LIMIT)
     low = np.array(
         [
@@ -161,9 +165,7 @@ def fit_ellipsoid(anatomy: Anatomy) -> TruncatedEllipsoid:
             -1,
             -1,
             -1,
-            0.3,
-            -1,
-            0.3,
+            *np.negative(SECTION_LIMITS),
             axis / 3,
             CUT_LIMITS[0],
             THIN,
@@ -173,9 +175,19 @@ def fit_ellipsoid(anatomy: Anatomy) -> TruncatedEllipsoid:
             -1,
         ]
     )
-    high = np.array([1, 1, 1, 1, 3, 1, 3, axis * 3, CUT_LIMITS[1], 4, 4, *bound, 1, 1])
+    high = np.array([1, 1, 1, 1, *SECTION_LIMITS, axis * 3, CUT_LIMITS[1], 4, 4, *bound, 1, 1])
     start = np.clip(start, low + 1e-6, high - 1e-6)
     fit = least_squares(
         misfit, start, bounds=(low, high), loss="soft_l1", f_scale=ROBUST, max_nfev=MAX_EVALUATIONS
     )
     return shape(fit.x)
+
+
+def _positive(p: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Matrix exponential (2, 2) of ``[[p0 + p1, p2], [p2, p0 - p1]]``: every section of one kind.
+
+    Its semi-axes are ``exp(p0 +- h)`` with ``h = |(p1, p2)|``; no p makes it indefinite.
+    """
+    size, slant = np.exp(p[0]), np.array([[p[1], p[2]], [p[2], -p[1]]])
+    h = float(np.hypot(p[1], p[2]))
+    return np.asarray(size * (np.cosh(h) * np.eye(2) + np.sinc(1j * h / np.pi).real * slant))
