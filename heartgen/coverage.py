@@ -94,7 +94,8 @@ class Coverage:
         parts = [text for text, so in told.items() if so]
         if not parts:
             return None
-        return Finding("coverage", f"the mesh leaves out a part of the heart: {'; '.join(parts)}")
+        message = f"the mesh leaves out a part of the heart: {'; '.join(parts)}"
+        return Finding("coverage", message, serious=True)
 
 
 def assess_coverage(mesh: HexMesh, mask: Mask, anatomy: Anatomy) -> Coverage:

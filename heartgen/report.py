@@ -170,17 +170,17 @@ class Report:
         """Why the mesh is no success, in words; none if it is one.
 
         Our rule: the paper's, with the diagonal of a pixel for the slices of a stack; valid; and
-        nothing of the heart is left out.
+        no finding that is serious, such as a part of the heart that is left out.
         """
-        error, ratio, whole = self.accuracy.mean, self.quality.mean, self.coverage.finding
+        error, ratio = self.accuracy.mean, self.quality.mean
         said = {
             f"the mean error is above the diagonal of a {_grain(self)}": error
             >= self.pixel_diagonal,
             f"the mean Jacobian ratio is below {QUALITY_THRESHOLD}": ratio <= QUALITY_THRESHOLD,
             self.quality.faults: not self.quality.valid,
-            "" if whole is None else whole.message: whole is not None,
         }
-        return tuple(text for text, so in said.items() if so)
+        serious = (finding.message for finding in self.findings if finding.serious)
+        return (*(text for text, so in said.items() if so), *serious)
 
     @property
     def success(self) -> bool:

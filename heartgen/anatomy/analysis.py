@@ -10,6 +10,7 @@ import scipy.ndimage as ndi
 from numpy.typing import NDArray
 
 from heartgen.anatomy.base import Base, find_base
+from heartgen.anatomy.plausibility import check_proportions
 from heartgen.anatomy.pools import Pools, find_pools
 from heartgen.anatomy.right import RightVentricle, measure_right
 from heartgen.anatomy.sections import find_sections
@@ -37,6 +38,9 @@ ENOUGH_SLICES = 16
 PIN_HOLE = 0.1
 """Size over the opening's up to which a further opening of a right ventricle is a pin-hole; a
 larger one is that of the pulmonary valve."""
+
+LARGE_HOLE = 0.15
+"""Size of an opening, over that at the base, from which it is no pin-hole but a missing wall."""
 
 
 @dataclass(frozen=True)
@@ -193,7 +197,7 @@ def _shape_of_volume(mask: Mask, truncate: float | str, ventricles: str, follow_
         voxel=voxel,
         surfaces=surfaces,
         myocardium=truncated_indicator(mask, base, voxel),
-        findings=_findings(pools, base, voxel, thickened),
+        findings=_openings(pools, mask, base) + _findings(pools, base, voxel, thickened),
     )
 
 
@@ -227,7 +231,10 @@ def _measured(shape: Shape) -> Anatomy:
         apex_thickness=apex,
         pool_volume=len(pool_points[0]) * voxel**3,
         wall_volume=len(wall_points) * voxel**3,
-        findings=shape.findings,
+        findings=(
+            *shape.findings,
+            *check_proportions(length, radius, typical, len(pool_points[0]) / len(wall_points)),
+        ),
         rv=None
         if len(levels) == 1
         else measure_right(
@@ -259,21 +266,38 @@ def _centres(mask: Mask, voxels: NDArray[np.bool_]) -> NDArray[np.float64]:
     return mask.to_world(np.argwhere(voxels).astype(float))
 
 
+def _openings(pools: Pools, mask: Mask, base: Base) -> tuple[Finding, ...]:
+    """Openings of the wall far from the base: how large and where; they were closed."""
+    pixel = float(np.prod(mask.spacing) ** (2 / 3))
+    leaks = [("left", leak, pools.left) for leak in pools.left.leaks]
+    if pools.right is not None:
+        most = PIN_HOLE * len(pools.right.opening)
+        leaks += [("right", leak, pools.right) for leak in pools.right.leaks if leak.size < most]
+    large = [each for each in leaks if each[1].size > LARGE_HOLE * len(each[2].opening)]
+    found = [
+        Finding(
+            "leaks",
+            f"the {name} ventricle's wall is open over {leak.size * pixel:.3g} mm^2, "
+            f"{-float(base.plane.height(mask.to_world(leak.center[None]))[0]):.0f} mm below the "
+            "base: the mesh's wall there is made up; complete the mask",
+            serious=True,
+        )
+        for name, leak, _ in large
+    ]
+    small = [each[1].size for each in leaks if each not in large]
+    if small:
+        told = (
+            f"the wall has {len(small)} pin-hole(s) of at most {max(small) * pixel:.2g} mm^2 far "
+            "from the base, which were closed"
+        )
+        found.append(Finding("leaks", told))
+    return tuple(found)
+
+
 def _findings(pools: Pools, base: Base, voxel: float, thickened: bool) -> tuple[Finding, ...]:
     """What the analysis did that the user should know."""
     found = []
-    leaks = len(pools.left.leaks)
-    if pools.right is not None:
-        leaks += sum(n < PIN_HOLE * len(pools.right.opening) for n in pools.right.leaks)
     muscle_voxels = sum(cavity.muscle_voxels for cavity in pools)
-    if leaks:
-        found.append(
-            Finding(
-                "leaks",
-                f"the wall has {leaks} pin-hole(s) besides the opening at the base: they "
-                "were closed",
-            )
-        )
     if thickened:
         found.append(
             Finding(

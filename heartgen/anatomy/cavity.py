@@ -56,6 +56,22 @@ class Space:
 
 
 @dataclass(frozen=True)
+class Leak:
+    """An opening of a pool that is not the one at the base.
+
+    Attributes
+    ----------
+    size : int
+        Voxels.
+    center : (3,) float64
+        Voxel index.
+    """
+
+    size: int
+    center: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
 class Cavity:
     """The blood pool of a ventricle.
 
@@ -67,14 +83,14 @@ class Cavity:
         Voxels of the pool at its opening.
     muscle_voxels : int
         Voxels of the mask taken as papillary muscle or trabeculae.
-    leaks : tuple of int
-        Voxels of each further opening, far from the first.
+    leaks : tuple of Leak
+        Each further opening, far from the first.
     """
 
     pool: NDArray[np.bool_]
     opening: NDArray[np.intp]
     muscle_voxels: int
-    leaks: tuple[int, ...]
+    leaks: tuple[Leak, ...]
 
 
 def find_cavity(space: Space, territory: NDArray[np.bool_], ventricle: str) -> Cavity:
@@ -270,12 +286,17 @@ def _leaks(
     hull: NDArray[np.bool_],
     opening: NDArray[np.intp],
     far: NDArray[np.bool_],
-) -> tuple[int, ...]:
-    """Sizes of the places far from the opening where the pool, channels included, gets outside."""
+) -> tuple[Leak, ...]:
+    """Places far from the opening where the pool, channels included, gets outside."""
     parts, _ = ndi.label(pool)
     joined = parts == parts[tuple(opening[0])]
-    parts, _ = ndi.label(joined & ndi.binary_dilation(~hull) & far, structure=CONNECTED)
-    return tuple(int(size) for size in np.bincount(parts.ravel())[1:])
+    parts, count = ndi.label(joined & ndi.binary_dilation(~hull) & far, structure=CONNECTED)
+    numbers = range(1, count + 1)
+    centers = ndi.center_of_mass(parts > 0, parts, numbers)
+    sizes = np.bincount(parts.ravel(), minlength=count + 1)[1:]
+    return tuple(
+        Leak(int(size), np.asarray(center)) for size, center in zip(sizes, centers, strict=True)
+    )
 
 
 def _crevices(

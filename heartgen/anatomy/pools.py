@@ -218,7 +218,7 @@ def _thicker_first(
 
 def _refuse_tube(left: Cavity) -> None:
     """Raise if a left ventricle is open at both ends."""
-    if max(left.leaks, default=0) > SECOND_OPENING * len(left.opening):
+    if max((leak.size for leak in left.leaks), default=0) > SECOND_OPENING * len(left.opening):
         raise AnatomyError(
             "the cavity is open at both ends: a left ventricle is open at the base and closed at "
             "the apex; check that the mask reaches the apex"

@@ -33,7 +33,7 @@ ISLAND = 0.05
 """Area over that of the largest piece of a slice below which a piece is no part of the heart."""
 
 SECOND_SLICES = 0.25
-"""Share of the slices with a pool in which there must be a second one in a heart with two."""
+"""Share of the slices with a pool in which a second one tells by itself that a heart has two."""
 
 FAINT = 0.03
 """Area over that of the largest pool of all slices up to which a hole is none of two pools."""
@@ -46,6 +46,18 @@ LEAST_SHARE = 0.5
 
 THIN = 25.0
 """Percentile of the thickness of a wall, over its pixels, that tells it."""
+
+FREE = 0.6
+"""Thickness of the outer wall of a second pool over that of the first up to which it is a right
+ventricle, be it seen in one slice: muscles in a left one part its pool, but not its wall."""
+
+TAPERED = 1.5
+"""Area of the right pool in the two slices at its one end over that at its other end from which it
+tells where the apex is."""
+
+SWOLLEN = 2.0
+"""Area of a heart in an end slice without a pool, over that in the slice at the other end, from
+which it is no apex, but a base that was filled."""
 
 SPECK = 0.02
 """Area over that of the largest pool up to which what is found in a slice at an end is a hole in
@@ -61,6 +73,9 @@ wall has no gap, and from which the slice may be the uppermost: valves leave it 
 WIDE = 0.4
 """Area of the left pool in the uppermost slice, at least, over the largest, if there are no labels:
 there it opens. A smaller one behind a gap is what valves and parts of the wall leave of it."""
+
+NARROW = 0.2
+"""The same if the wall has no gap there: below it, slices do not lie across the long axis."""
 
 RIGHT_WIDE = 0.6
 """The same of the right pool: above, it closes towards the pulmonary valve, and its wall overhangs.
@@ -142,12 +157,15 @@ def find_sections(stack: Stack, ventricles: str = "auto") -> Sections | None:
     walls, holes, largest, second = _enclosed(stack.pixels)
     if not largest.any():
         return None
-    both = _enough(largest, second) or (ventricles == "biv" and bool(second.any()))
+    both, pools, gaps = False, np.zeros((0, *walls.shape), dtype=bool), np.zeros(0, dtype=int)
+    if second.any():
+        pools, gaps = follow_pools(walls, holes, int(np.argmax(second)), 2, stack)
+        thick = _thickness(walls, pools)
+        pools = pools[np.argsort(thick)[::-1]]
+        both = _enough(largest, second) or ventricles == "biv" or min(thick) < FREE * max(thick)
     _check_choice(both, ventricles)
-    seed = int(np.argmax(second if both else largest))
-    pools, gaps = follow_pools(walls, holes, seed, 2 if both else 1, stack)
-    if both and _thickness(walls, pools) < 0:
-        pools = pools[::-1]
+    if not both:
+        pools, gaps = follow_pools(walls, holes, int(np.argmax(largest)), 1, stack)
     area = pools[0].sum(axis=(1, 2))
     return _oriented(stack, walls, pools, gaps, (area >= WIDE * area.max()) | (gaps == 0))
 
@@ -242,8 +260,8 @@ def _without_islands(wall: Pixels, radius: int) -> Pixels:
     return np.asarray((sizes >= ISLAND * sizes.max())[pieces] & wall)
 
 
-def _thickness(walls: Pixels, pools: Pixels) -> float:
-    """How much thicker the wall of the first pool is than that of the second, pixels.
+def _thickness(walls: Pixels, pools: Pixels) -> tuple[float, float]:
+    """Thickness of the walls of two pools where they do not lie between both, pixels.
 
     Where a pool tapers, its wall is cut at a slant and looks thick: the thin parts tell.
     """
@@ -255,26 +273,32 @@ def _thickness(walls: Pixels, pools: Pixels) -> float:
         away = [ndi.distance_transform_edt(~pool) for pool in (first, second)]
         for which, (own, other) in enumerate((away, away[::-1])):
             thick[which].append((own + outside)[wall & (own < other) & (outside < other)])
-    first, second = (float(np.percentile(np.concatenate(t), THIN)) for t in thick)
-    return first - second
+    first, second = (
+        float(np.percentile(np.concatenate(t), THIN)) if t and sum(map(len, t)) else 0.0
+        for t in thick
+    )
+    return first, second
 
 
 def _points_down(hearts: Pixels, pools: Pixels) -> bool:
     """Whether the apex is at the upper end of the slices, told by the pools (., n, nx, ny)."""
+    if len(pools) > 1:
+        right = pools[1].sum(axis=(1, 2))
+        low, high = (float(part.sum()) for part in (right[right > 0][:2], right[right > 0][-2:]))
+        if max(low, high) > TAPERED * min(low, high):
+            return low > high
     pool, area = pools[0], pools[0].sum(axis=(1, 2))
     has = np.flatnonzero(area > SPECK * area.max())
-    low, high = has[0], has[-1]
-    if (low == 0) == (high == len(area) - 1):
-        if len(pools) == 1:
-            return bool(area[low] > area[high])
-        # The right ventricle ends above the apex.
-        index = np.arange(len(area))
-        left, right = (np.average(index, weights=p.sum(axis=(1, 2))) for p in pools)
-        return bool(right < left)
-    # One end has no pool: the apex if muscle closes it, the base if the wall is open there.
-    if low > 0:
-        return not _closes(hearts[low - 1], pool[low])
-    return _closes(hearts[high + 1], pool[high])
+    first, last = has[0], has[-1]
+    if (first == 0) == (last == len(area) - 1):
+        return bool(area[first] > area[last])
+    # One end has no pool: the apex if muscle closes it, the base if the wall is open or filled.
+    size = hearts.sum(axis=(1, 2))
+    if first > 0:
+        filled = size[first - 1] > SWOLLEN * size[-1]
+        return filled or not _closes(hearts[first - 1], pool[first])
+    filled = size[last + 1] > SWOLLEN * size[0]
+    return not filled and _closes(hearts[last + 1], pool[last])
 
 
 def _closes(beyond: Pixels, pool: Pixels) -> bool:
@@ -309,7 +333,7 @@ def _oriented(
     if not len(complete):
         return None
     top = complete[-1]
-    wide = stack.blood is not None or area[top] >= WIDE * area.max()
+    wide = area[top] >= (WIDE if gaps[top] else NARROW) * area.max()
     if len(has) < LEAST_SHARE * len(area) or len(area) - 1 - top > INCOMPLETE or not wide:
         return None
     index = np.arange(len(area))
@@ -319,8 +343,8 @@ def _oriented(
         findings.append(
             Finding(
                 "slices",
-                f"{int(np.sum(~keep))} slice(s) were left out: their wall does not close around "
-                "the pool",
+                f"slice(s) {_numbers(~keep)} of {len(keep)}, from the apex, were left out: they "
+                "show no pool that their wall encloses",
             )
         )
     above = np.zeros_like(keep)
@@ -333,8 +357,8 @@ def _oriented(
         findings.append(
             Finding(
                 "slices",
-                f"{int(np.sum(above))} slice(s) at the base were left out: they show the left "
-                "ventricle above the right one, and the mesh ends where both do",
+                f"slice(s) {_numbers(above)} of {len(keep)}, from the apex, were left out: they "
+                "show the left ventricle above the right one, and the mesh ends where both do",
             )
         )
     if gaps[keep].any():
@@ -350,3 +374,8 @@ def _oriented(
     right = blood[1] if len(blood) > 1 else None
     none = np.zeros((len(heart), 2))
     return Sections(stack, np.stack(heart), blood[0], right, tuple(findings), none)
+
+
+def _numbers(chosen: NDArray[np.bool_]) -> str:
+    """Numbers, from 1, of what is chosen (n,)."""
+    return ", ".join(str(n + 1) for n in np.flatnonzero(chosen))

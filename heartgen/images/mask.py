@@ -27,11 +27,15 @@ class Finding:
         One clear sentence: what was seen and what was done about it, or what to do.
     fatal : bool
         True if no mesh may be made from this input.
+    serious : bool
+        True if a mesh may be made, but is no success: it lacks a part of the heart, or the image
+        does.
     """
 
     check: str
     message: str
     fatal: bool = False
+    serious: bool = False
 
 
 @dataclass(frozen=True)
