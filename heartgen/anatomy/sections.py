@@ -11,23 +11,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.ndimage as ndi
 from numpy.typing import NDArray
-from skimage.morphology import convex_hull_image
 
+from heartgen.anatomy.ends import points_down
 from heartgen.anatomy.following import (
     LEAST_POOL,
     behind_gaps,
-    closing,
     follow_pools,
     grown,
     holes_of,
     least_second,
-    whole_pools,
 )
+from heartgen.anatomy.labeled import labeled_pools, ring_share
 from heartgen.errors import AnatomyError
-from heartgen.images.mask import LEFT_BLOOD, RIGHT_BLOOD, Finding
+from heartgen.images.mask import Finding
 from heartgen.images.stack import Stack, with_border
 
 Pixels = NDArray[np.bool_]
+
+CLOSED, LEAST_RING = 0.95, 0.6
+"""Share of the border of a labeled pool at which there is wall, or the other pool, from which the
+wall has no gap, and from which the slice may be the uppermost: valves leave it open at less."""
 
 ISLAND = 0.05
 """Area over that of the largest piece of a slice below which a piece is no part of the heart."""
@@ -51,24 +54,8 @@ FREE = 0.6
 """Thickness of the outer wall of a second pool over that of the first up to which it is a right
 ventricle, be it seen in one slice: muscles in a left one part its pool, but not its wall."""
 
-TAPERED = 1.5
-"""Area of the right pool in the two slices at its one end over that at its other end from which it
-tells where the apex is."""
-
-SWOLLEN = 2.0
-"""Area of a heart in an end slice without a pool, over that in the slice at the other end, from
-which it is no apex, but a base that was filled."""
-
-SPECK = 0.02
-"""Area over that of the largest pool up to which what is found in a slice at an end is a hole in
-its wall rather than a pool."""
-
 INCOMPLETE = 2
 """Slices at the base, at most, that show only a part of the wall, or of the valves above it."""
-
-CLOSED, LEAST_RING = 0.95, 0.6
-"""Share of the border of a labeled pool at which there is wall, or the other pool, from which the
-wall has no gap, and from which the slice may be the uppermost: valves leave it open at less."""
 
 WIDE = 0.4
 """Area of the left pool in the uppermost slice, at least, over the largest, if there are no labels:
@@ -80,15 +67,6 @@ NARROW = 0.2
 RIGHT_WIDE = 0.6
 """The same of the right pool: above, it closes towards the pulmonary valve, and its wall overhangs.
 """
-
-SOLID = 0.75
-"""Area of a closed apex, at least, over that of its convex hull..."""
-
-COVERED = 0.3
-"""...or share of the pool next to it that it covers, where the apex has holes..."""
-
-NOTCH = 0.3
-"""...and radius of the disc that closes these, over the radius of that pool."""
 
 
 @dataclass(frozen=True)
@@ -150,9 +128,9 @@ def find_sections(stack: Stack, ventricles: str = "auto") -> Sections | None:
         If there are too few slices, no cavity, or not what `ventricles` asks for.
     """
     if stack.blood is not None:
-        walls, pools = stack.pixels, _labeled(stack.pixels, stack.blood)
+        walls, pools = stack.pixels, labeled_pools(stack.pixels, stack.blood)
         _check_choice(len(pools) > 1, ventricles)
-        ring = _covered(walls, pools)
+        ring = ring_share(walls, pools)
         return _oriented(stack, walls, pools, (ring < CLOSED).astype(int), ring >= LEAST_RING)
     walls, holes, largest, second = _enclosed(stack.pixels)
     if not largest.any():
@@ -182,37 +160,6 @@ def _check_choice(both: bool, ventricles: str) -> None:
             "one blood pool found where a biventricular heart has two: the mask shows a left "
             "ventricle alone, or a right ventricle that is not enclosed by its wall"
         )
-
-
-def _labeled(walls: Pixels, blood: NDArray[np.uint8]) -> Pixels:
-    """Pools (1 or 2, n, nx, ny) as the labels tell them, without specks."""
-    pools: list[Pixels] = []
-    for code in (LEFT_BLOOD, RIGHT_BLOOD):
-        pool = np.asarray(blood == code)
-        least = SPECK * pool.sum(axis=(1, 2)).max()
-        pool = np.stack([_without_specks(p, max(LEAST_POOL, least)) for p in pool])
-        if pool.any() or not pools:
-            pools.append(pool)
-    return whole_pools(walls, np.stack(pools))
-
-
-def _without_specks(pool: Pixels, least: float) -> Pixels:
-    """A pool (nx, ny) without pieces smaller than an area, pixels."""
-    pieces, count = ndi.label(pool)
-    sizes = np.bincount(pieces.ravel(), minlength=count + 1)
-    sizes[0] = 0
-    return np.asarray((sizes >= least)[pieces])
-
-
-def _covered(walls: Pixels, pools: Pixels) -> NDArray[np.float64]:
-    """Share (n,) of the border of the left pool in each slice at which there is wall or pool."""
-    share = np.zeros(len(walls))
-    for n, (wall, left) in enumerate(zip(walls, pools[0], strict=True)):
-        if left.any():
-            border = ndi.binary_dilation(left, iterations=2) & ~left
-            near = ndi.binary_dilation(wall | pools[1:, n].any(0))
-            share[n] = (border & near).sum() / border.sum()
-    return share
 
 
 def _enclosed(
@@ -280,38 +227,6 @@ def _thickness(walls: Pixels, pools: Pixels) -> tuple[float, float]:
     return first, second
 
 
-def _points_down(hearts: Pixels, pools: Pixels) -> bool:
-    """Whether the apex is at the upper end of the slices, told by the pools (., n, nx, ny)."""
-    if len(pools) > 1:
-        right = pools[1].sum(axis=(1, 2))
-        low, high = (float(part.sum()) for part in (right[right > 0][:2], right[right > 0][-2:]))
-        if max(low, high) > TAPERED * min(low, high):
-            return low > high
-    pool, area = pools[0], pools[0].sum(axis=(1, 2))
-    has = np.flatnonzero(area > SPECK * area.max())
-    first, last = has[0], has[-1]
-    if (first == 0) == (last == len(area) - 1):
-        return bool(area[first] > area[last])
-    # One end has no pool: the apex if muscle closes it, the base if the wall is open or filled.
-    size = hearts.sum(axis=(1, 2))
-    if first > 0:
-        filled = size[first - 1] > SWOLLEN * size[-1]
-        return filled or not _closes(hearts[first - 1], pool[first])
-    filled = size[last + 1] > SWOLLEN * size[0]
-    return not filled and _closes(hearts[last + 1], pool[last])
-
-
-def _closes(beyond: Pixels, pool: Pixels) -> bool:
-    """Whether what the slice beyond the last pool shows is the muscle of an apex."""
-    pieces, _ = ndi.label(beyond, np.ones((3, 3)))
-    largest = pieces == np.bincount(pieces.ravel())[1:].argmax() + 1
-    hull: Pixels = convex_hull_image(largest)  # type: ignore[no-untyped-call]
-    radius = int(np.ceil(NOTCH * np.sqrt(pool.sum() / np.pi)))
-    filled = ndi.binary_fill_holes(closing(largest, radius))
-    covered = (filled & pool).sum() / pool.sum()
-    return bool(largest.sum() >= SOLID * hull.sum() or covered > COVERED)
-
-
 def _oriented(
     stack: Stack,
     walls: Pixels,
@@ -324,7 +239,7 @@ def _oriented(
     The uppermost slice shows the left pool, in a wall that is `closed` (n,), and the right pool if
     there is one.
     """
-    if _points_down(walls | pools.any(0), pools):
+    if points_down(walls | pools.any(0), pools):
         stack, walls, pools = stack.reversed(), walls[::-1], pools[:, ::-1]
         gaps, closed = gaps[::-1], closed[::-1]
     area = pools[0].sum(axis=(1, 2))

@@ -74,7 +74,7 @@ def plate() -> np.ndarray:
 @pytest.mark.parametrize(
     ("voxels", "words"),
     [
-        (ball(20), "no cavity"),
+        (ball(20), "filled body"),
         (ball(20, 12), "no opening"),
         (two_cups(), "two blood pools"),
         (plate(), "flat"),
@@ -98,6 +98,18 @@ def test_pin_hole_is_closed_and_reported() -> None:
     found = analyse(Mask(voxels, sample.mask.affine))
     assert "leaks" in {f.check for f in found.findings}
     assert found.length == pytest.approx(80, abs=2.5)
+
+
+def test_a_missing_apex_is_told_with_size_and_place() -> None:
+    sample = samples.ideal_cup(1.5)
+    voxels, up = sample.mask.voxels.copy(), sample.truth.basal_plane[1]
+    height = (sample.mask.to_world(np.argwhere(voxels).astype(float)) - sample.truth.apex) @ up
+    lowest = np.argwhere(voxels)[height < 14]  # the endocardium ends 10 mm above the epicardium
+    voxels[tuple(lowest.T)] = False
+    found = analyse(Mask(voxels, sample.mask.affine))
+    (told,) = [f for f in found.findings if f.check == "leaks" and f.serious]
+    assert "open over" in told.message
+    assert "below the base" in told.message
 
 
 @settings(max_examples=20)

@@ -159,3 +159,35 @@ def test_an_apex_with_a_hole_is_no_base() -> None:
     pixels[0] = disc(LEFT, 10.0) & ~disc(LEFT, 1.5)  # a hole too small to be a pool
     found = sections(np.delete(pixels, 1, axis=0))
     assert found.stack.heights[0] == 0
+
+
+def test_a_right_ventricle_seen_in_one_slice_is_told_by_its_thin_wall() -> None:
+    pixels = slices(8, both=False)
+    pixels[7] = slices(8)[7]
+    found = sections(pixels)
+    assert found.right is not None
+    assert found.right[-1].any()
+
+
+def test_a_muscle_that_parts_the_left_pool_makes_no_right_ventricle() -> None:
+    pixels = slices(8, both=False)
+    pixels[7] |= disc(LEFT, 20.0) & (np.abs(J - LEFT[1] - 3) < 2)
+    assert sections(pixels).right is None
+
+
+def test_a_filled_base_is_no_apex() -> None:
+    pixels = np.concatenate([slices(8, both=False)[1:], [disc(LEFT, 26.0)]])
+    found = sections(pixels)
+    assert len(found.heart) == 7
+    assert found.left[0].sum() < found.left[-1].sum()
+    (told,) = [f.message for f in found.findings if f.check == "slices"]
+    assert "8 of 8" in told
+
+
+def test_a_filled_slice_below_a_wide_aneurysm_is_its_apex() -> None:
+    radii = np.linspace(20, 12, 7)
+    rings = np.stack([disc(LEFT, r + 7) & ~disc(LEFT, r) for r in radii])
+    found = sections(np.concatenate([[disc(LEFT, 24.0)], rings]))
+    assert len(found.heart) == 8
+    assert not found.left[0].any()
+    assert found.left[1].sum() > found.left[-1].sum()

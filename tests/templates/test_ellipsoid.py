@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.integrate import quad
+from scipy.linalg import expm
 
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.surfaces import enclosed_volume, sample_faces
 from heartgen.options import Apex
-from heartgen.templates.ellipsoid import TruncatedEllipsoid
+from heartgen.templates.ellipsoid import TruncatedEllipsoid, _positive
 from heartgen.templates.lv import ellipsoid_mesh
 from tests.templates.shapes import distance, radius
 
@@ -119,3 +122,12 @@ def test_the_wall_may_be_linear_across(apex: Apex) -> None:
     ends = mesh.evaluate(np.array([[0.3, 0.6, 0.0], [0.3, 0.6, 1.0]]))
     inner, outer = ends[:72, 0], ends[72:, 1]
     assert_allclose(ends[:72, 1], (inner + outer) / 2, atol=1e-9)
+
+
+@given(st.lists(st.floats(-2, 2), min_size=3, max_size=3))
+def test_every_section_that_a_fit_may_try_is_positive_definite(p: list[float]) -> None:
+    section = _positive(np.array(p))
+    assert_allclose(
+        section, expm(np.array([[p[0] + p[1], p[2]], [p[2], p[0] - p[1]]])), rtol=1e-9, atol=1e-9
+    )
+    assert np.linalg.eigvalsh(section).min() > 0

@@ -1,0 +1,94 @@
+"""Coverage: what a mesh leaves out of the image is no success, however small the mean error."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import heartgen
+from heartgen import samples
+from heartgen.anatomy import analyse
+from heartgen.coverage import MOST_ABOVE, assess_coverage
+from heartgen.images.mask import LEFT_BLOOD, RIGHT_BLOOD, Mask
+from heartgen.pipeline import Personalization
+from heartgen.report import verdict_of
+from heartgen.templates import lv_template
+
+COARSE = 2.5
+"""Voxel size that keeps the tests quick, mm."""
+
+
+@pytest.fixture(scope="module")
+def fitted() -> Personalization:
+    return heartgen.personalize(samples.lifelike_lv(COARSE).mask, lod=1)
+
+
+def test_a_fitted_mesh_covers_its_heart(fitted: Personalization) -> None:
+    coverage = fitted.report.coverage
+    assert coverage.wall == pytest.approx(1.0, abs=1e-3)
+    assert coverage.contour > 0.99
+    assert coverage.missed < 0.1
+    assert coverage.finding is None
+    assert fitted.report.success
+
+
+def test_a_second_ventricle_that_is_not_meshed_is_told() -> None:
+    both = samples.biv(COARSE).mask
+    anatomy = analyse(both)
+    left_alone = lv_template(anatomy, (1, 12, 6))
+    coverage = assess_coverage(left_alone, both, anatomy)
+    assert coverage.wall < 0.9
+    assert coverage.missed > 10
+    assert coverage.finding is not None
+    assert coverage.finding.serious
+
+
+def test_a_mesh_of_the_lower_half_is_told(fitted: Personalization) -> None:
+    mask, anatomy = fitted.mask, fitted.anatomy
+    low = analyse(mask, truncate=anatomy.length / 2.2)
+    coverage = assess_coverage(fitted.mesh, mask, low)
+    assert coverage.above > MOST_ABOVE
+    assert coverage.finding is not None
+
+
+@pytest.mark.parametrize("code", [LEFT_BLOOD, RIGHT_BLOOD])
+def test_labeled_blood_in_the_wall_of_the_mesh_is_told(fitted: Personalization, code: int) -> None:
+    mask, anatomy = fitted.mask, fitted.anatomy
+    pool = np.zeros(mask.voxels.shape, dtype=np.uint8)
+    pool[anatomy.surfaces["lv_endo"].sample(_centers(mask))[0].reshape(pool.shape) < 0] = code
+    right = replace(mask, blood=pool)
+    assert assess_coverage(fitted.mesh, right, anatomy).blood < 0.02
+    # The same heart whose pool reaches half a wall farther than the mesh has it.
+    wider = anatomy.surfaces["lv_endo"].sample(_centers(mask))[0].reshape(pool.shape) < 8
+    coverage = assess_coverage(fitted.mesh, replace(mask, blood=wider * np.uint8(code)), anatomy)
+    assert coverage.blood > 0.06
+    assert coverage.finding is not None
+
+
+def _centers(mask: Mask) -> np.ndarray:
+    return mask.to_world(np.argwhere(np.ones(mask.voxels.shape, dtype=bool)).astype(float))
+
+
+def test_verdicts_by_our_rule_and_by_the_papers(fitted: Personalization) -> None:
+    report = fitted.report
+    assert verdict_of(report) == "success"
+    far = replace(report, pixel_diagonal=report.accuracy.mean / 2)
+    assert far.paper_success
+    assert not far.success
+    assert "one by the paper's rule" in verdict_of(far)
+    folded = replace(report, quality=replace(report.quality, valid=False, invalid_elements=2))
+    assert folded.paper_success
+    assert not folded.success
+    assert "2 elements fold" in verdict_of(folded)
+    told = far.to_dict()
+    assert (told["success"], told["paper_success"]) == (False, True)
+
+
+def test_the_limit_of_a_stack_is_in_the_plane_of_its_slices() -> None:
+    voxels = np.zeros((20, 20, 20), dtype=bool)
+    voxels[5:15, 5:15, 5:15] = True
+    mask = Mask(voxels, np.diag([1.5, 1.5, 10.0, 1.0]))
+    assert mask.pixel_diagonal == pytest.approx(1.5 * np.sqrt(2))
+    assert mask.voxel_diagonal > 10
