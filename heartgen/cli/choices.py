@@ -40,8 +40,8 @@ Labels = Annotated[
         "--labels",
         metavar="SCHEME",
         show_default=False,
-        help="Read a label map: acdc, mmwhs, ukbb, totalsegmentator, auto, or roles such as "
-        "lv_myocardium=2,lv_pool=3,rv_pool=1.",
+        help="Read a label map: acdc, mmwhs, ukbb, mnms, emidec, totalsegmentator, auto, or roles "
+        "such as lv_myocardium=2,lv_pool=3,rv_pool=1.",
     ),
 ]
 Septum = Annotated[

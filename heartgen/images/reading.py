@@ -28,7 +28,7 @@ from heartgen.images.checks import (
 from heartgen.images.dicom import read_segmentation, read_segments
 from heartgen.images.files import identify, refuse
 from heartgen.images.itk import read_itk
-from heartgen.images.labels import myocardium
+from heartgen.images.labels import myocardium, whole_numbers
 from heartgen.images.mask import Finding, Mask
 from heartgen.images.nifti import read_nifti
 from heartgen.images.repairs import fill_lost_planes, keep_largest, pad_border
@@ -91,10 +91,10 @@ def read_labels(
     path : path-like
         As of `read_mask`. Segments of a DICOM segmentation count as labels.
     scheme : str, Scheme, or mapping of str to labels
-        What the labels mean: ``"acdc"`` (M&Ms as well), ``"mmwhs"``, ``"ukbb"``,
-        ``"totalsegmentator"`` (heartchambers_highres), or ``"auto"`` for the one that fits. Or the
-        number(s) or name(s) of labels for each of the roles ``lv_myocardium``, ``lv_pool``,
-        ``rv_pool``, ``rv_myocardium``, of which the first is needed.
+        What the labels mean: ``"acdc"``, ``"mmwhs"``, ``"ukbb"``, ``"mnms"`` (M&Ms, M&Ms-2),
+        ``"emidec"``, ``"totalsegmentator"`` (heartchambers_highres), or ``"auto"`` for the one
+        that fits. Or the number(s) or name(s) of labels for each of the roles ``lv_myocardium``,
+        ``lv_pool``, ``rv_pool``, ``rv_myocardium``, of which the first is needed.
     ventricles : {"auto", "lv", "biv"}
         Which to take: all that are labelled, the left, both.
     rv_wall : float
@@ -225,7 +225,7 @@ def _checked(
     findings = [*volume.findings, check_affine(volume.affine), check_finite(volume.values)]
     voxels = None
     if findings[-1] is None:
-        voxels, told = select(volume)
+        voxels, told = select(replace(volume, values=whole_numbers(volume.values)))
         findings += told
     if voxels is not None:
         findings += [check_empty(voxels), check_background(voxels)]

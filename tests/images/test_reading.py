@@ -85,7 +85,7 @@ def test_gzip_in_several_members(cup, save, tmp_path):
     assert read_mask(tmp_path / "parts.nii.gz").voxels.sum() == cup.sum()
 
 
-@pytest.mark.parametrize("value", [1, 3, 255, -7, 0.5])
+@pytest.mark.parametrize("value", [1, 3, 255, -7, 0.5, 1e-4])
 def test_any_single_value_is_a_mask(value, cup):
     mask = mask_from_array(cup * np.float32(value), np.eye(4))
     np.testing.assert_array_equal(mask.voxels, cup.astype(bool))

@@ -19,7 +19,9 @@ OWN = "roles"
 SCHEMES = (
     ("A mask: the myocardium alone", BINARY),
     ("A label map: find its scheme", "auto"),
-    ("Labels of ACDC, M&Ms", "acdc"),
+    ("Labels of ACDC", "acdc"),
+    ("Labels of M&Ms", "mnms"),
+    ("Labels of EMIDEC", "emidec"),
     ("Labels of MM-WHS", "mmwhs"),
     ("Labels of UK Biobank", "ukbb"),
     ("Labels of TotalSegmentator", "totalsegmentator"),
