@@ -51,6 +51,42 @@ ENDINGS = {
 """How names of the formats with a reader of their own end."""
 
 
+VOXELS = (".img", ".img.gz")
+"""How names of the second files of Analyze and NIfTI pairs end."""
+
+
+def described_by(path: Path) -> Path:
+    """The file whose header says what a file holds: of a pair its .hdr, else the file itself.
+
+    Parameters
+    ----------
+    path : Path
+        A file that is there.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If it is the second file of a pair, and the first is not beside it.
+    OSError
+        If it cannot be opened.
+    """
+    ending = next((e for e in VOXELS if path.name.lower().endswith(e)), None)
+    if ending is None:
+        return path
+    stem = path.name[: -len(ending)]
+    for header in (path.with_name(stem + e) for e in (".hdr", ".HDR")):
+        if header.is_file():
+            return header
+    with path.open("rb") as file:
+        if _signature(file.read(HEAD)) is not None:
+            return path  # another image under this name
+    refuse(path.name, "The .hdr file that belongs to this .img is missing: put it beside it.")
+
+
 def identify(path: Path) -> str:
     """Tell the format of an image file.
 
@@ -74,7 +110,8 @@ def identify(path: Path) -> str:
             return "DICOM folder"
         if not path.is_file():
             refuse(str(path), "There is no such file: check the path.")
-        with path.open("rb") as file:
+        header = described_by(path)
+        with header.open("rb") as file:
             head = file.read(PACKED_HEAD)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
@@ -83,8 +120,8 @@ def identify(path: Path) -> str:
         )
     if not head:
         refuse(path.name, "The file is empty: export it again.")
-    found, expected = _signature(head), _ending(path.name)
-    if path.name.lower().endswith(".gz"):
+    found, expected = _signature(head), _ending(header.name)
+    if header.name.lower().endswith(".gz"):
         if found != "gzip file":
             refuse(path.name, "The file is not gzip-compressed as its name says: remove the .gz.")
         found = _signature(_unpack(head, path.name))

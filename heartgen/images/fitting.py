@@ -26,7 +26,7 @@ infarct has some 0.3 there, a left atrium 0.1."""
 
 WITHIN = 0.7
 """Share of a structure that lies no farther from the left ventricle's pool than its wall does from
-which it is a part of that wall: 0.44 at most of right pools of 120 stacks of ACDC, and 1 of scars."""
+which it is a part of that wall: 0.44 at most of right pools in 120 stacks of ACDC, 1 of scars."""
 
 THICKNESS = 95.0
 """Percentile of the wall's distances from the pool that counts as its thickness; beyond lie the
@@ -130,9 +130,7 @@ def misfit(values: NDArray[Any], scheme: Scheme, spacing: NDArray[np.float64]) -
         return None
     scar, muscle = (_numbers(s) for s in (scheme.scars, scheme.lv_myocardium))
     if share_within(values, scheme.scars, scheme, spacing) <= WITHIN:
-        return (
-            f"what would be scar (label {scar}) lies outside the left ventricular wall ({muscle})"
-        )
+        return f"what would be scar (label {scar}) lies outside the left wall ({muscle})"
     if depth(values, scheme.scars, spacing) >= depth(values, scheme.lv_pool, spacing):
         return f"what would be scar (label {scar}) is thicker than the left pool ({left})"
     return None

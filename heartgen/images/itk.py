@@ -21,6 +21,9 @@ from heartgen.images.volume import Volume
 HEADERS = {"NRRD image": nrrd_header, "MetaImage": meta_header}
 """Formats whose headers are read before SimpleITK sees them."""
 
+SPACING = {"NRRD image": "space directions or spacings", "MetaImage": "ElementSpacing"}
+"""Fields of their headers that give the voxel size."""
+
 PICTURES = ("BMP", "JPEG", "JPEG2000", "LSM", "PNG", "TIFF")
 """Formats that SimpleITK reads but that hold no voxel size in mm."""
 
@@ -51,11 +54,10 @@ def read_itk(path: Path, form: str) -> Volume:
         If the file is damaged or is no three-dimensional image of real numbers.
     """
     sitk = import_module("SimpleITK")
-    values_declared = math.inf
+    declared = None
     if form in HEADERS:
         declared = HEADERS[form](path)
         check_file_size(declared, path.name)
-        values_declared = declared.values
     reader = sitk.ImageFileReader()
     reader.SetFileName(str(path))
     with _silence(), _refusal(path.name):
@@ -73,8 +75,14 @@ def read_itk(path: Path, form: str) -> Volume:
     shape = reader.GetSize()
     report(path.name, [check_size(shape)])
     report(path.name, [check_dimensions(shape), check_data_type(_data_type(reader))])
-    if math.prod(shape) > values_declared:
+    if declared is not None and math.prod(shape) > declared.values:
         refuse(path.name, "The header contradicts itself about the size: export the mask again.")
+    if declared is not None and not declared.spaced:
+        refuse(
+            path.name,
+            "The header does not say how large the voxels are, and the size of the heart depends "
+            f"on it: write {SPACING[form]} in mm into it.",
+        )
     with _silence(), _refusal(path.name):
         image = reader.Execute()
     values = sitk.GetArrayFromImage(image).T.reshape(shape[:3], order="F")
@@ -83,7 +91,8 @@ def read_itk(path: Path, form: str) -> Volume:
     axes = np.reshape(image.GetDirection(), (n, n))[:3, :3]
     with np.errstate(all="ignore"):  # what overflows here is refused by the check of the affine
         affine[:3, :3] = axes * image.GetSpacing()[:3]
-    affine[:3, 3] = image.GetOrigin()[:3]
+        affine[:3, 3] = image.GetOrigin()[:3]
+        affine[:3] *= 1.0 if declared is None else declared.unit
     return Volume(values, affine, _label_names(reader))
 
 

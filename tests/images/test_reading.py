@@ -63,9 +63,12 @@ def test_nifti2_pair_and_big_endian(cup, oblique, tmp_path):
     ras = np.diag([-1.0, -1.0, 1.0, 1.0]) @ oblique
     nib.save(nib.Nifti2Image(cup, ras), tmp_path / "two.nii.gz")
     nib.save(nib.Nifti1Pair(cup, ras), tmp_path / "pair.hdr")
+    nib.save(nib.Nifti1Pair(cup, ras), tmp_path / "packed.img.gz")
+    with gzip.open(tmp_path / "packed.hdr.gz") as packed:
+        (tmp_path / "packed.hdr").write_bytes(packed.read())
     swapped = nib.Nifti1Image(cup.astype(">i2"), ras, nib.Nifti1Header(endianness=">"))
     nib.save(swapped, tmp_path / "big.nii")
-    for name in ("two.nii.gz", "pair.hdr", "big.nii"):
+    for name in ("two.nii.gz", "pair.hdr", "pair.img", "packed.img.gz", "big.nii"):
         mask = read_mask(tmp_path / name)
         np.testing.assert_allclose(world_points(mask), by_hand(cup, oblique), atol=FLOAT32_MM)
 
@@ -76,6 +79,39 @@ def test_nifti_units_become_mm(unit, mm, cup, tmp_path):
     image.header.set_xyzt_units(unit)
     nib.save(image, tmp_path / "units.nii")
     np.testing.assert_allclose(read_mask(tmp_path / "units.nii").spacing, 1.0, rtol=1e-6)
+
+
+UNITS = {"m": 1000.0, "cm": 10.0, "mm": 1.0, "um": 0.001, "Microns": 0.001, "": 1.0}
+
+
+def in_unit(voxels, affine, name: str, unit: str) -> bytes:
+    """An image whose affine, in mm, is written in another unit, with a header of text."""
+    world = affine[:3] / UNITS[unit]
+    size = np.linalg.norm(world[:, :3], axis=0)
+    sizes = " ".join(map(str, voxels.shape))
+    vectors = [f"({','.join(map(repr, column.tolist()))})" for column in world.T]
+    numbers = [" ".join(map(repr, column.tolist())) for column in (*(world[:, :3] / size).T, size)]
+    header = {
+        "placed.nrrd": f"NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\n"
+        f"sizes: {sizes}\nspace directions: {' '.join(vectors[:3])}\nspace origin: {vectors[3]}\n"
+        f'space units: "{unit}" "{unit}" "{unit}"\nencoding: raw\n\n',
+        "sized.nrrd": f"NRRD0004\ntype: uint8\ndimension: 3\nsizes: {sizes}\nencoding: raw\n"
+        f'spacings: {numbers[3]}\nunits: "{unit}" "{unit}" "{unit}"\n\n',
+        "placed.mha": f"ObjectType = Image\nNDims = 3\nDimSize = {sizes}\nElementSpacing = "
+        f"{numbers[3]}\nTransformMatrix = {' '.join(numbers[:3])}\nOffset = "
+        f"{' '.join(map(repr, world[:, 3].tolist()))}\nDistanceUnits = {unit or '?'}\n"
+        "ElementType = MET_UCHAR\nElementDataFile = LOCAL\n",
+    }[name]
+    return header.encode() + voxels.tobytes(order="F")
+
+
+@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("name", ["placed.nrrd", "sized.nrrd", "placed.mha"])
+def test_units_of_text_headers_become_mm(name, unit, cup, oblique, tmp_path):
+    affine = np.diag([1.0, 1.25, 2.0, 1.0]) if name == "sized.nrrd" else oblique
+    (tmp_path / name).write_bytes(in_unit(cup, affine, name, unit))
+    mask = read_mask(tmp_path / name)
+    np.testing.assert_allclose(world_points(mask), by_hand(cup, affine), atol=FLOAT32_MM)
 
 
 def test_gzip_in_several_members(cup, save, tmp_path):
