@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.errors import InputError
+from heartgen.errors import InputError, recalling
 from heartgen.images.mask import Finding, planes_along
 
 MAX_VOXELS = 1024**3
@@ -65,31 +65,44 @@ def report(name: str, findings: Iterable[Finding | None]) -> tuple[Finding, ...]
     """
     seen = tuple(finding for finding in findings if finding is not None)
     fatal = [finding.message for finding in seen if finding.fatal]
-    if len(fatal) == 1:
-        raise InputError(f"{name}: {fatal[0]}")
-    if fatal:
+    if not fatal:
+        return seen
+    with recalling(finding.message for finding in seen if not finding.fatal):
+        if len(fatal) == 1:
+            raise InputError(f"{name}: {fatal[0]}")
         listed = "".join(f"\n- {message}" for message in fatal)
         raise InputError(f"{name}: {len(fatal)} problems were found:{listed}")
-    return seen
 
 
 def check_dimensions(shape: tuple[int, ...]) -> Finding | None:
-    """Three axes; further axes of length one do no harm."""
+    """Three axes of the world; the fourth and further ones are frames."""
     sizes = " x ".join(map(str, shape))
+    if len(shape) > 3 and shape[0] == 1 and 1 not in shape[1:4]:
+        return _fatal(
+            "dimensions",
+            f"The first axis of the image is no direction of the world, it has a single entry "
+            f"({sizes}): it seems to be a channel; remove it, or make it the last axis.",
+        )
     if len(shape) < 3 or 1 in shape[:3]:
         return _fatal(
             "dimensions",
             f"The image is two-dimensional ({sizes} voxels): give a volume, "
             "with all slices of the heart in one file.",
         )
-    frames = int(np.prod(shape[3:], dtype=np.float64))
-    if frames != 1:
-        return _fatal(
-            "dimensions",
-            f"The image has {frames} frames or channels ({sizes}): save the frame you want, "
-            "for example end diastole, as a file of its own.",
-        )
     return None
+
+
+def check_frames(shape: tuple[int, ...]) -> Finding | None:
+    """A single frame."""
+    frames = int(np.prod(shape[3:], dtype=np.float64))
+    if frames == 1:
+        return None
+    sizes = " x ".join(map(str, shape))
+    return _fatal(
+        "frames",
+        f"The image has {frames} frames or channels ({sizes} voxels): choose one, for example that "
+        "of end diastole.",
+    )
 
 
 def check_size(shape: tuple[int, ...]) -> Finding | None:

@@ -51,6 +51,9 @@ ENDINGS = {
 """How names of the formats with a reader of their own end."""
 
 
+FOLDER = "folder"
+"""Form of a folder, of DICOM files or with a file for each structure."""
+
 VOXELS = (".img", ".img.gz")
 """How names of the second files of Analyze and NIfTI pairs end."""
 
@@ -93,12 +96,12 @@ def identify(path: Path) -> str:
     Parameters
     ----------
     path : Path
-        A file, or a folder of DICOM files.
+        A file or a folder.
 
     Returns
     -------
     str
-        One of the values of `ENDINGS`, ``"DICOM folder"``, or ``"unknown"``.
+        One of the values of `ENDINGS`, `FOLDER`, or ``"unknown"``.
 
     Raises
     ------
@@ -107,7 +110,7 @@ def identify(path: Path) -> str:
     """
     try:
         if path.is_dir():
-            return "DICOM folder"
+            return FOLDER
         if not path.is_file():
             refuse(str(path), "There is no such file: check the path.")
         header = described_by(path)
@@ -147,6 +150,13 @@ def identify(path: Path) -> str:
         path.name,
         f"The file has no {expected} header, as its name promises: export the mask again.",
     )
+
+
+def stem(path: Path) -> str:
+    """Name of a file without the ending of an image."""
+    endings = sorted(ENDINGS, key=len, reverse=True)
+    ending = next((e for e in endings if path.name.lower().endswith(e)), "")
+    return path.name[: len(path.name) - len(ending)] or path.name
 
 
 def refuse(name: str, sentence: str) -> NoReturn:

@@ -75,6 +75,8 @@ class Declared:
         Length of the header's unit of length, mm.
     spaced : bool
         Whether the header says how large the voxels are.
+    layered : bool
+        Whether the values of a voxel are a list: frames of a cine, or layers of segments.
     """
 
     shape: tuple[int, ...]
@@ -85,6 +87,7 @@ class Declared:
     skip: int = 0
     unit: float = 1.0
     spaced: bool = True
+    layered: bool = False
 
     @property
     def values(self) -> int:
@@ -142,6 +145,7 @@ def nrrd_header(path: Path) -> Declared:
         packed=encoding in ("gz", "gzip"),
         unit=nrrd_unit(fields, path.name),
         spaced=nrrd_is_spaced(fields),
+        layered=fields.get("kinds", "").lower().startswith("list"),
     )
 
 

@@ -16,6 +16,8 @@ import numpy as np
 from heartgen.images.checks import check_data_type, check_dimensions, check_size, report
 from heartgen.images.files import refuse
 from heartgen.images.headers import check_file_size, meta_header, nrrd_header
+from heartgen.images.slicer import layered, segments_of
+from heartgen.images.structures import Structures
 from heartgen.images.volume import Volume
 
 HEADERS = {"NRRD image": nrrd_header, "MetaImage": meta_header}
@@ -33,7 +35,7 @@ STDERR = 2
 _stderr_lock = threading.Lock()  # a file descriptor belongs to all threads
 
 
-def read_itk(path: Path, form: str) -> Volume:
+def read_itk(path: Path, form: str) -> Volume | Structures:
     """Read an image through SimpleITK.
 
     Parameters
@@ -45,13 +47,14 @@ def read_itk(path: Path, form: str) -> Volume:
 
     Returns
     -------
-    Volume
-        Values and affine; from 3D Slicer's segmentations also the names of the labels.
+    Volume or Structures
+        Values, frames last, and affine; from 3D Slicer's segmentations also the names of the
+        labels, or structures if segments overlap.
 
     Raises
     ------
     InputError
-        If the file is damaged or is no three-dimensional image of real numbers.
+        If the file is damaged or is no image of real numbers in three dimensions.
     """
     sitk = import_module("SimpleITK")
     declared = None
@@ -74,7 +77,10 @@ def read_itk(path: Path, form: str) -> Volume:
         )
     shape = reader.GetSize()
     report(path.name, [check_size(shape)])
-    report(path.name, [check_dimensions(shape), check_data_type(_data_type(reader))])
+    components = reader.GetNumberOfComponents()
+    listed = declared is not None and declared.layered and components > 1
+    kind = _data_type(reader)
+    report(path.name, [check_dimensions(shape), None if listed else check_data_type(kind)])
     if declared is not None and math.prod(shape) > declared.values:
         refuse(path.name, "The header contradicts itself about the size: export the mask again.")
     if declared is not None and not declared.spaced:
@@ -85,7 +91,8 @@ def read_itk(path: Path, form: str) -> Volume:
         )
     with _silence(), _refusal(path.name):
         image = reader.Execute()
-    values = sitk.GetArrayFromImage(image).T.reshape(shape[:3], order="F")
+    values = sitk.GetArrayFromImage(image).T
+    values = np.moveaxis(values, 0, -1) if listed else values.reshape(*shape[:3], -1, order="F")
     n = len(shape)
     affine = np.eye(4)
     axes = np.reshape(image.GetDirection(), (n, n))[:3, :3]
@@ -93,7 +100,12 @@ def read_itk(path: Path, form: str) -> Volume:
         affine[:3, :3] = axes * image.GetSpacing()[:3]
         affine[:3, 3] = image.GetOrigin()[:3]
         affine[:3] *= 1.0 if declared is None else declared.unit
-    return Volume(values, affine, _label_names(reader))
+    segments = segments_of({key: reader.GetMetaData(key) for key in reader.GetMetaDataKeys()})
+    if listed and segments:
+        return layered(segments, values, affine, path.name)
+    names = {segment.value: segment.name for segment in segments}
+    codes = {segment.value: segment.coded for segment in segments}
+    return Volume(values, affine, names, label_codes=codes)
 
 
 def _data_type(reader: Any) -> np.dtype[Any]:
@@ -102,19 +114,6 @@ def _data_type(reader: Any) -> np.dtype[Any]:
     if kind.startswith("complex"):
         return np.dtype(np.complex64)
     return np.dtype("V1" if kind.startswith("vector") else np.float64)
-
-
-def _label_names(reader: Any) -> dict[int, str]:
-    """Names of the label values in a segmentation by 3D Slicer (.seg.nrrd)."""
-    keys = set(reader.GetMetaDataKeys())
-    names = {}
-    for key in keys:
-        value_key = key.removesuffix("_Name") + "_LabelValue"
-        if key.startswith("Segment") and key.endswith("_Name") and value_key in keys:
-            value = reader.GetMetaData(value_key)
-            if value.isdecimal():
-                names[int(value)] = reader.GetMetaData(key)
-    return names
 
 
 @contextmanager

@@ -47,13 +47,14 @@ def read_nifti(path: Path) -> Volume:
     Returns
     -------
     Volume
-        Values with the header's scaling applied. The affine is the sform if the header has one,
-        else the qform; with neither the voxel axes are taken for L, P, S, as ITK does.
+        Values with the header's scaling applied, frames last. The affine is the sform if the
+        header has one, else the qform; with neither the voxel axes are taken for L, P, S, as ITK
+        does.
 
     Raises
     ------
     InputError
-        If the file is damaged, is no three-dimensional image of real numbers, or its two
+        If the file is damaged, is no image of real numbers in three dimensions, or its two
         transforms differ in more than position.
     """
     from nibabel.spatialimages import HeaderDataError
@@ -75,7 +76,7 @@ def read_nifti(path: Path) -> Volume:
             values = header.data_from_fileobj(stream)
     except (HeaderDataError, EOFError, OSError, ValueError, zlib.error) as error:
         refuse(path.name, f"The voxels cannot be read ({error}): export the mask again.")
-    return Volume(values.reshape(shape[:3]), affine, findings=findings)
+    return Volume(values.reshape(*shape[:3], -1), affine, findings=findings)
 
 
 def check_transforms(
