@@ -49,9 +49,9 @@ def told(debug: bool) -> Iterator[None]:
     except HeartgenError as error:
         if debug:
             errors.print_exception()
-        _say(str(error))
         for note in notes_of(error):
             errors.print(note, markup=False, highlight=False, soft_wrap=True)
+        _say(str(error))
         raise typer.Exit(FAILED) from None
     except Exception as error:
         if debug:

@@ -145,7 +145,7 @@ def nrrd_header(path: Path) -> Declared:
         packed=encoding in ("gz", "gzip"),
         unit=nrrd_unit(fields, path.name),
         spaced=nrrd_is_spaced(fields),
-        layered=fields.get("kinds", "").lower().startswith("list"),
+        layered="list" in fields.get("kinds", "").lower().split(),
     )
 
 

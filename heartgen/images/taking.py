@@ -100,7 +100,7 @@ def take(held: Volume | Structures, taking: Taking, name: str) -> tuple[Volume, 
         taking.frame, frames, lambda i: _cavity(at(i), is_map, scheme, select), name
     )
     volume = at(index)
-    return replace(volume, findings=volume.findings + found + told), select
+    return replace(volume, findings=told + found + volume.findings), select
 
 
 def _meaning(

@@ -9,7 +9,7 @@ import scipy.ndimage as ndi
 import SimpleITK
 
 from heartgen import read_labels, read_mask
-from heartgen.errors import InputError
+from heartgen.errors import InputError, sentence
 from heartgen.images import Scheme
 
 PARTS = ("rv_pool", "lv_myocardium", "lv_pool")
@@ -121,6 +121,17 @@ def test_labelled_right_wall_is_taken_as_it_is(image, save, acdc):
     mask = read_labels(path, FREE | {"rv_myocardium": 8})
     np.testing.assert_array_equal(mask.voxels, both.voxels)
     assert mask.findings == ()
+
+
+def test_what_was_seen_before_a_refusal_is_told_with_it(image, save):
+    affine, labels = image
+    few = np.where((labels == 2) & (np.indices(labels.shape)[2] // 2 != 5), 0, labels)
+    few[2, 2, 2] = 14
+    with pytest.raises(InputError, match="so it is flat") as refusal:
+        read_labels(save(few, affine, "few.nii"), "acdc", ventricles="lv")
+    (note,) = refusal.value.__notes__
+    assert note.startswith("Seen before: The scheme acdc does not know the labels 14")
+    assert sentence(refusal.value).endswith(note)
 
 
 def test_thickness_is_taken(acdc):

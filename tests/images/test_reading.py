@@ -13,7 +13,7 @@ import SimpleITK
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heartgen import Mask, mask_from_array, read_mask
+from heartgen import Mask, mask_from_array, read_labels, read_mask
 from heartgen.errors import InputError
 
 FLOAT32_MM = 1e-4  # rounding of NIfTI's float32 transforms over 300 mm
@@ -149,8 +149,62 @@ def test_labels_by_number_by_name_and_united(cup, save, tmp_path):
     SimpleITK.WriteImage(image, str(tmp_path / "slicer.seg.nrrd"))
     named = read_mask(tmp_path / "slicer.seg.nrrd", label="lv wall")
     assert named.voxels.sum() == (labels == 2).sum()
-    with pytest.raises(InputError, match=r"1 'RV wall' \(\d+ voxels\), 2 'LV wall'"):
-        read_mask(tmp_path / "slicer.seg.nrrd")
+    walls = read_mask(tmp_path / "slicer.seg.nrrd")
+    np.testing.assert_array_equal(walls.voxels, cup.astype(bool))
+    assert "2 'LV wall' as lv_myocardium, 1 'RV wall' as rv_my" in walls.findings[0].message
+
+
+def layered_nrrd(layers: list, segments: dict, path) -> None:
+    """Segments, by name their layer and value, as 3D Slicer saves them where they overlap."""
+    values = np.stack(layers)
+    lines = ["NRRD0004", "type: uint8", "dimension: 4", "space: left-posterior-superior",
+             f"sizes: {' '.join(map(str, values.shape))}", "kinds: list domain domain domain",
+             "space directions: none (1,0,0) (0,1,0) (0,0,1)", "encoding: raw",
+             "space origin: (0,0,0)"]  # fmt: skip
+    for n, (name, (layer, value)) in enumerate(segments.items()):
+        lines += [f"Segment{n}_Name:={name}", f"Segment{n}_LabelValue:={value}"]
+        lines += [f"Segment{n}_Layer:={layer}"]
+    path.write_bytes("\n".join([*lines, "", ""]).encode() + values.tobytes(order="F"))
+
+
+def test_segments_in_layers(cup, tmp_path):
+    """Values are those of a layer: the same number means another segment in another one."""
+    outline = np.maximum(cup, np.roll(cup, 1, 2))
+    path = tmp_path / "layers.seg.nrrd"
+    segments = {"one": (0, 1), "two": (1, 1), "three": (1, 2)}
+    layered_nrrd([cup, outline + np.roll(cup, 8, 0)], segments, path)
+    assert read_mask(path, label="one").voxels.sum() == cup.sum()
+    assert read_mask(path, label=["one", "two"]).voxels.sum() >= outline.sum() * 0.8
+    with pytest.raises(InputError, match="segments 1 'one', 2 'two', 3 'three': pass the myoc"):
+        read_mask(path)
+    with pytest.raises(InputError, match=r"segments 'one' and '.*' overlap: say which"):
+        read_labels(path, "auto")
+
+
+def test_layers_with_names_are_a_label_map(heart, tmp_path, save):
+    _, at = heart.image(np.array([1.0, 1.0, 1.0]))
+    labels = heart.labels(at)
+    epicardium = np.isin(labels, (2, 3)).astype(np.uint8)
+    pools = np.where(labels == 3, 1, np.where(labels == 1, 2, 0)).astype(np.uint8)
+    path = tmp_path / "layers.seg.nrrd"
+    names = {"LV epicardium": (0, 1), "LV": (1, 1), "RV": (1, 2)}
+    layered_nrrd([epicardium, pools], names, path)
+    expected = read_labels(save(labels, np.eye(4), "whole.nrrd"), "acdc")
+    np.testing.assert_array_equal(read_mask(path).voxels, expected.voxels)
+
+
+def test_a_segment_with_codes_alone(heart, tmp_path):
+    _, at = heart.image(np.array([1.0, 1.0, 1.0]))
+    labels = heart.labels(at)
+    image = SimpleITK.GetImageFromArray(labels.astype(np.uint8).T)
+    for n, (value, code) in enumerate({2: "49848007", 3: "87878005", 1: "53085002"}.items()):
+        image.SetMetaData(f"Segment{n}_LabelValue", str(value))
+        image.SetMetaData(f"Segment{n}_Name", f"Segment_{value}")
+        terms = f"list~SCT^123037004^Anatomical Structure~SCT^{code}^x~^^~list~^^~^^"
+        image.SetMetaData(f"Segment{n}_Tags", f"Status:done|TerminologyEntry:{terms}|")
+    SimpleITK.WriteImage(image, str(tmp_path / "coded.seg.nrrd"))
+    told = read_mask(tmp_path / "coded.seg.nrrd").findings[0].message
+    assert "2 'Segment_2' as lv_myocardium, 3 'Segment_3' as lv_pool, 1 'Segment_1' as rv" in told
 
 
 @pytest.mark.parametrize("label", [2, "2", 2.0, np.int64(2), np.array([2]), (2, 2), {2}])
