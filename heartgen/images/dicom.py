@@ -188,7 +188,8 @@ def _find(folder: Path) -> Path:
     kinds = ", ".join(sorted({header.modality for header in headers.values()}))
     refuse(
         str(folder),
-        f"There is no segmentation (SEG) among the DICOM files of this folder, only {kinds}: "
+        "There is no segmentation (SEG) and no structure set (RTSTRUCT) among the DICOM files of "
+        f"this folder, only {kinds}: "
         "segment the myocardium, or export the mask as NIfTI, NRRD or MHA.",
     )
 

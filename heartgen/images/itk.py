@@ -100,7 +100,7 @@ def read_itk(path: Path, form: str) -> Volume | Structures:
         affine[:3, :3] = axes * image.GetSpacing()[:3]
         affine[:3, 3] = image.GetOrigin()[:3]
         affine[:3] *= 1.0 if declared is None else declared.unit
-    segments = segments_of({key: reader.GetMetaData(key) for key in reader.GetMetaDataKeys()})
+    segments = segments_of(_metadata(reader))
     if listed and segments:
         return layered(segments, values, affine, path.name)
     names = {segment.value: segment.name for segment in segments}
@@ -114,6 +114,13 @@ def _data_type(reader: Any) -> np.dtype[Any]:
     if kind.startswith("complex"):
         return np.dtype(np.complex64)
     return np.dtype("V1" if kind.startswith("vector") else np.float64)
+
+
+def _metadata(reader: Any) -> dict[str, str]:
+    """What the header says about segments; bytes that are no letters are replaced."""
+    keys = [k for k in reader.GetMetaDataKeys() if k.startswith("Segment") and k.isascii()]
+    raw = {key: reader.GetMetaData(key).encode("utf-8", "surrogateescape") for key in keys}
+    return {key: value.decode("utf-8", "replace") for key, value in raw.items()}
 
 
 @contextmanager

@@ -223,7 +223,7 @@ def read_grid(path: str | PathLike[str]) -> tuple[tuple[int, ...], NDArray[np.fl
     with enough_memory(file):
         held = open_image(file)
         if isinstance(held, Structures):
-            held = held.load(list(held.names), 0)
+            held = held.load(list(held.names)[:1], 0)
         shape = held.values.shape
         report(name_of(file), [check_size(shape), check_dimensions(shape)])
         report(name_of(file), [check_affine(held.affine)])

@@ -6,64 +6,20 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-import highdicom as hd
 import numpy as np
 import pydicom
 import pytest
-from pydicom.dataset import FileMetaDataset
 from pydicom.pixels.utils import pack_bits
-from pydicom.sr.codedict import codes
 from pydicom.uid import (
     DeflatedExplicitVRLittleEndian,
-    ExplicitVRLittleEndian,
-    MRImageStorage,
     RLELossless,
-    generate_uid,
 )
 
 from heartgen import read_labels, read_mask
 from heartgen.errors import InputError
+from tests.images.dicom_files import segmentation, slices
 
 Writer = Callable[..., Path]
-
-
-def slices(shape: tuple[int, int, int], affine: np.ndarray) -> list[pydicom.Dataset]:
-    """MR slices k = 0, 1, ... of an image of (columns i, rows j, slices k) placed by an affine."""
-    spacing = np.linalg.norm(affine[:3, :3], axis=0)
-    study, series, frame = (generate_uid() for _ in range(3))
-    datasets = []
-    for k in range(shape[2]):
-        ds = pydicom.Dataset()
-        ds.file_meta = FileMetaDataset()
-        ds.file_meta.TransferSyntaxUID = ExplicitVRLittleEndian
-        ds.SOPClassUID = ds.file_meta.MediaStorageSOPClassUID = MRImageStorage
-        ds.SOPInstanceUID = ds.file_meta.MediaStorageSOPInstanceUID = generate_uid()
-        ds.StudyInstanceUID, ds.SeriesInstanceUID, ds.FrameOfReferenceUID = study, series, frame
-        ds.Modality = "MR"
-        ds.PatientID, ds.PatientName = "cup", "Cup^Coffee"
-        for key in ("PatientBirthDate", "PatientSex", "AccessionNumber", "StudyID"):
-            setattr(ds, key, "")
-        for key in (
-            "StudyDate",
-            "StudyTime",
-            "ReferringPhysicianName",
-            "PositionReferenceIndicator",
-        ):
-            setattr(ds, key, "")
-        ds.SeriesNumber, ds.InstanceNumber = 1, k + 1
-        ds.Columns, ds.Rows = shape[:2]
-        ds.PixelSpacing = [float(spacing[1]), float(spacing[0])]
-        ds.SliceThickness = float(spacing[2])
-        row, column = affine[:3, 0] / spacing[0], affine[:3, 1] / spacing[1]
-        ds.ImageOrientationPatient = [round(float(x), 14) for x in (*row, *column)]
-        position = affine[:3, 3] + k * affine[:3, 2]
-        ds.ImagePositionPatient = [round(float(x), 10) for x in position]
-        ds.SamplesPerPixel, ds.PhotometricInterpretation = 1, "MONOCHROME2"
-        ds.BitsAllocated = ds.BitsStored = 16
-        ds.HighBit, ds.PixelRepresentation = 15, 0
-        ds.PixelData = np.zeros((ds.Rows, ds.Columns), np.uint16).tobytes()
-        datasets.append(ds)
-    return datasets
 
 
 @pytest.fixture
@@ -71,34 +27,7 @@ def write_seg(tmp_path: Path) -> Writer:
     """Write named segments, each (nx, ny, nz), as one SEG file."""
 
     def write(segments: dict[str, np.ndarray], affine: np.ndarray, name: str = "m.dcm", **options):
-        descriptions = [
-            hd.seg.SegmentDescription(
-                segment_number=number,
-                segment_label=label,
-                segmented_property_category=codes.SCT.AnatomicalStructure,
-                segmented_property_type=codes.SCT.Heart,
-                algorithm_type=hd.seg.SegmentAlgorithmTypeValues.MANUAL,
-            )
-            for number, label in enumerate(segments, start=1)
-        ]
-        shape = next(iter(segments.values())).shape
-        pixels = np.stack([s.transpose(2, 1, 0) for s in segments.values()], axis=-1)
-        seg = hd.seg.Segmentation(
-            source_images=slices(shape, affine),
-            pixel_array=pixels,
-            segmentation_type=options.pop("kind", "BINARY"),
-            segment_descriptions=descriptions,
-            series_instance_uid=generate_uid(),
-            series_number=2,
-            sop_instance_uid=generate_uid(),
-            instance_number=1,
-            manufacturer="heartgen",
-            manufacturer_model_name="tests",
-            software_versions="1",
-            device_serial_number="1",
-            **options,
-        )
-        seg.save_as(tmp_path / name)
+        segmentation(segments, affine, **options).save_as(tmp_path / name)
         return tmp_path / name
 
     return write

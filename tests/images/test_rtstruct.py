@@ -8,15 +8,13 @@ import numpy as np
 import pydicom
 import pytest
 import scipy.ndimage as ndi
-from pydicom.dataset import Dataset, FileMetaDataset
-from pydicom.uid import ExplicitVRLittleEndian, generate_uid
 
 from heartgen import read_labels, read_mask
 from heartgen.errors import InputError
+from tests.images.dicom_files import structure_set
 
 RADII = {"Myo": (28.0, 20.0), "LV": (20.0,), "BODY": (80.0,)}  # mm; the second bounds a hole
 HEIGHTS = np.arange(0.0, 60.0, 4.0)
-RTSTRUCT = "1.2.840.10008.5.1.4.1.1.481.3"
 
 
 def circle(radius: float, z: float, points: int = 200) -> np.ndarray:
@@ -36,26 +34,7 @@ def write(tmp_path: Path):
     """Write structures, each a list of contours (n, 3), as a structure set."""
 
     def write(structures: dict[str, list[np.ndarray]], kind: str = "CLOSED_PLANAR") -> Path:
-        ds = Dataset()
-        ds.file_meta = FileMetaDataset()
-        ds.file_meta.TransferSyntaxUID = ExplicitVRLittleEndian
-        ds.SOPClassUID = ds.file_meta.MediaStorageSOPClassUID = RTSTRUCT
-        ds.SOPInstanceUID = ds.file_meta.MediaStorageSOPInstanceUID = generate_uid()
-        ds.Modality = "RTSTRUCT"
-        ds.StructureSetROISequence, ds.ROIContourSequence = [], []
-        for number, (name, contours) in enumerate(structures.items(), start=1):
-            roi, drawn = Dataset(), Dataset()
-            roi.ROINumber, roi.ROIName = number, name
-            drawn.ReferencedROINumber, drawn.ContourSequence = number, []
-            for points in contours:
-                contour = Dataset()
-                contour.ContourGeometricType = kind
-                contour.NumberOfContourPoints = len(points)
-                contour.ContourData = [f"{x:.6g}" for x in points.ravel()]
-                drawn.ContourSequence.append(contour)
-            ds.StructureSetROISequence.append(roi)
-            ds.ROIContourSequence.append(drawn)
-        ds.save_as(tmp_path / "rt.dcm", enforce_file_format=True)
+        structure_set(structures, kind).save_as(tmp_path / "rt.dcm", enforce_file_format=True)
         return tmp_path / "rt.dcm"
 
     return write
