@@ -61,7 +61,7 @@ def find_frame(
     word = str(frame).strip().lower()
     if word in PHASES:
         return _phase(word, frames, cavity, name)
-    number = int(word) if word.isascii() and word.isdigit() and len(word) < 10 else 0
+    number = _number(word)
     if not 1 <= number <= frames:
         held = "a single frame" if frames == 1 else f"frames 1 to {frames}"
         refuse(
@@ -70,6 +70,15 @@ def find_frame(
             "these, ED or ES.",
         )
     return number - 1, ()
+
+
+def _number(word: str) -> int:
+    """A number of a frame, which tables of numbers write as 2.0; 0 for what is none."""
+    try:
+        value = float(word)
+    except ValueError:
+        return 0
+    return int(value) if value.is_integer() else 0
 
 
 def enclosed_volume(voxels: NDArray[np.bool_], affine: NDArray[np.float64]) -> float:

@@ -56,32 +56,19 @@ def read_itk(path: Path, form: str) -> Volume | Structures:
     InputError
         If the file is damaged or is no image of real numbers in three dimensions.
     """
-    sitk = import_module("SimpleITK")
     declared = None
     if form in HEADERS:
         declared = HEADERS[form](path)
         check_file_size(declared, path.name)
-    reader = sitk.ImageFileReader()
-    reader.SetFileName(str(path))
-    with _silence(), _refusal(path.name):
-        library = sitk.ImageFileReader.GetImageIOFromFileName(str(path)).removesuffix("ImageIO")
-        if library and library not in PICTURES:
-            reader.ReadImageInformation()
-    if not library:
-        refuse(path.name, "This is no image heartgen can read: save the mask as NIfTI or NRRD.")
-    if library in PICTURES:
-        refuse(
-            path.name,
-            f"This is a {library} picture, which holds no voxel size in mm: "
-            "save the mask as NIfTI, NRRD or MHA.",
-        )
+    reader = _reader(path)
     shape = reader.GetSize()
     report(path.name, [check_size(shape)])
     components = reader.GetNumberOfComponents()
     listed = declared is not None and declared.layered and components > 1
     kind = _data_type(reader)
     report(path.name, [check_dimensions(shape), None if listed else check_data_type(kind)])
-    if declared is not None and math.prod(shape) > declared.values:
+    values_read = math.prod(shape) * (components if listed else 1)
+    if declared is not None and values_read > declared.values:
         refuse(path.name, "The header contradicts itself about the size: export the mask again.")
     if declared is not None and not declared.spaced:
         refuse(
@@ -91,7 +78,7 @@ def read_itk(path: Path, form: str) -> Volume | Structures:
         )
     with _silence(), _refusal(path.name):
         image = reader.Execute()
-    values = sitk.GetArrayFromImage(image).T
+    values = import_module("SimpleITK").GetArrayFromImage(image).T
     values = np.moveaxis(values, 0, -1) if listed else values.reshape(*shape[:3], -1, order="F")
     n = len(shape)
     affine = np.eye(4)
@@ -106,6 +93,26 @@ def read_itk(path: Path, form: str) -> Volume | Structures:
     names = {segment.value: segment.name for segment in segments}
     codes = {segment.value: segment.coded for segment in segments}
     return Volume(values, affine, names, label_codes=codes)
+
+
+def _reader(path: Path) -> Any:
+    """SimpleITK's reader of a file, which has read what is before the voxels."""
+    sitk = import_module("SimpleITK")
+    reader = sitk.ImageFileReader()
+    reader.SetFileName(str(path))
+    with _silence(), _refusal(path.name):
+        library = sitk.ImageFileReader.GetImageIOFromFileName(str(path)).removesuffix("ImageIO")
+        if library and library not in PICTURES:
+            reader.ReadImageInformation()
+    if not library:
+        refuse(path.name, "This is no image heartgen can read: save the mask as NIfTI or NRRD.")
+    if library in PICTURES:
+        refuse(
+            path.name,
+            f"This is a {library} picture, which holds no voxel size in mm: "
+            "save the mask as NIfTI, NRRD or MHA.",
+        )
+    return reader
 
 
 def _data_type(reader: Any) -> np.dtype[Any]:

@@ -62,7 +62,7 @@ def write(request, tmp_path):
 def test_frames_by_number_and_phase(cine, write, save):
     affine, labels = cine
     path = write(labels, affine)
-    for frame, index in ((1, 0), ("2", 1), ("ED", ED), ("es", ES), (" 4 ", 3)):
+    for frame, index in ((1, 0), ("2", 1), ("ED", ED), ("es", ES), (" 4 ", 3), ("4.0", 3)):
         alone = save(np.ascontiguousarray(labels[..., index]), affine, "alone.nii")
         expected = read_labels(alone, "acdc", ventricles="lv")
         mask = read_labels(path, "acdc", ventricles="lv", frame=frame)
@@ -93,7 +93,7 @@ def test_frames_without_labels_are_no_phase(cine, write):
         read_labels(write(some, affine), "acdc", frame="ES")
 
 
-@pytest.mark.parametrize("frame", [0, 5, -1, "x", "1.5", "", "²", 10**9, "9" * 300])
+@pytest.mark.parametrize("frame", [0, 5, -1, "x", "1.5", "", "²", 10**9, "9" * 400, "nan", "inf"])
 def test_frames_that_there_are_not(frame, cine, write):
     path = write(cine[1], cine[0])
     with pytest.raises(InputError, match=r"no frame .*, the image holds frames 1 to 4: give") as e:
