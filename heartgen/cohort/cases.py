@@ -18,6 +18,9 @@ from heartgen.images.selecting import Selection
 NAME = re.compile(r"[^/\\\0-\x1f:*?\"<>|.][^/\\\0-\x1f:*?\"<>|]*")
 """A name that every system accepts for a folder, and that hides none."""
 
+LONGEST = 200
+"""Bytes of the name of a folder; systems take 255, and what is written beside it adds some."""
+
 BLOCK = 1 << 20
 """Bytes that are hashed at a time."""
 
@@ -122,6 +125,12 @@ def check_names(cases: Sequence[Case]) -> None:
     for case in cases:
         if not all(NAME.fullmatch(part) for part in case.name.split("/")):
             raise InputError(f"case {case.name!r} cannot be the name of a folder: give another")
+        longest = max(len(part.encode()) for part in case.name.split("/"))
+        if longest > LONGEST:
+            raise InputError(
+                f"case {case.name[:40]}... has a name of {longest} bytes, more than the {LONGEST} "
+                "that the name of a folder may have: give it another, in a column 'case' of a table"
+            )
         if case.name.lower() in seen:
             raise InputError(
                 f"cases {seen[case.name.lower()]!r} and {case.name!r} have the same name: give "

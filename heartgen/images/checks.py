@@ -17,6 +17,10 @@ from heartgen.images.mask import Finding, planes_along
 MAX_VOXELS = 1024**3
 """Most voxels an image may have: 90 times the largest of Lamata et al. 2014 (222 x 233 x 252)."""
 
+CHANNELS = 4
+"""Entries of a first axis, at most, that are channels rather than voxels if three axes follow:
+background, two blood pools and myocardium; fewer than any mesh needs."""
+
 MIN_VOXELS = 72
 """Fewest voxels of a mask: one for each element of the paper's coarsest template (1 x 12 x 6)."""
 
@@ -77,11 +81,12 @@ def report(name: str, findings: Iterable[Finding | None]) -> tuple[Finding, ...]
 def check_dimensions(shape: tuple[int, ...]) -> Finding | None:
     """Three axes of the world; the fourth and further ones are frames."""
     sizes = " x ".join(map(str, shape))
-    if len(shape) > 3 and shape[0] == 1 and 1 not in shape[1:4]:
+    if _channels_first(shape):
+        entries = "a single entry" if shape[0] == 1 else f"{shape[0]} entries"
         return _fatal(
             "dimensions",
-            f"The first axis of the image is no direction of the world, it has a single entry "
-            f"({sizes}): it seems to be a channel; remove it, or make it the last axis.",
+            f"The first axis of the image seems to be no direction but channels, with {entries} "
+            f"({sizes} voxels): save one channel, as a volume of three axes.",
         )
     if len(shape) < 3 or 1 in shape[:3]:
         return _fatal(
@@ -90,6 +95,12 @@ def check_dimensions(shape: tuple[int, ...]) -> Finding | None:
             "with all slices of the heart in one file.",
         )
     return None
+
+
+def _channels_first(shape: tuple[int, ...]) -> bool:
+    """Whether axes are in the order of tensors: channels, then directions."""
+    many = sum(n > CHANNELS for n in shape[1:])
+    return len(shape) > 3 and shape[0] <= CHANNELS and many >= 3
 
 
 def check_frames(shape: tuple[int, ...]) -> Finding | None:

@@ -81,7 +81,7 @@ def described_by(path: Path) -> Path:
     if ending is None:
         return path
     stem = path.name[: -len(ending)]
-    for header in (path.with_name(stem + e) for e in (".hdr", ".HDR")):
+    for header in (path.with_name(stem + e) for e in (".hdr", ".HDR", ".hdr.gz")):
         if header.is_file():
             return header
     with path.open("rb") as file:

@@ -83,6 +83,7 @@ def test_tables_may_be_parquet(hearts):
         ("mask,lod\n,1\n", "row 1: there is no mask"),
         ("mask,case\na.nii,x\nb.nii,X\n", "have the same name"),
         ("mask,case\na.nii,../x\n", "cannot be the name of a folder"),
+        (f"mask,case\na.nii,{'n' * 300}\n", "nnn... has a name of 300 bytes, more than the 200"),
         ("mask,rv_wall\na.nii,3\n", "row 1: --rv-wall needs a label map"),
         ("", "the table cannot be read"),
     ],

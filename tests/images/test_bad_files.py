@@ -211,6 +211,12 @@ def other_half_of_a_pair(folder, cup):
     return folder / "m.img"
 
 
+@bad("compressed as a whole: unpack it")
+def other_half_of_a_packed_pair(folder, cup):
+    nib.save(nib.Nifti1Pair(cup, np.eye(4)), folder / "m.img.gz")
+    return folder / "m.img.gz"
+
+
 @bad("NIfTI image: its name must end in")
 def nifti_named_img(folder, cup):
     return folder.nifti(cup).rename(folder / "m.img")

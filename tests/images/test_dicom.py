@@ -214,12 +214,13 @@ MOMENTS = {
 }
 
 
-def write_cine(write_seg, shapes: list[np.ndarray], order: str, temporal: bool) -> Path:
+def write_cine(write_seg, shapes, order: str, temporal: bool, **options) -> Path:
     """A segmentation with several frames in every place, as cines have them."""
-    files = [write_seg({"LV": shape}, np.diag([1.0, 1.0, 2.0, 1.0])) for shape in shapes[:1]]
+    affine = np.diag([1.0, 1.0, 2.0, 1.0])
+    files = [write_seg({"LV": shapes[0]}, affine, **options)]
     frames, pixels = [], []
     for time, shape in enumerate(shapes):
-        ds = pydicom.dcmread(write_seg({"LV": shape}, np.diag([1.0, 1.0, 2.0, 1.0])))
+        ds = pydicom.dcmread(write_seg({"LV": shape}, affine, "moment.dcm", **options))
         for group, image in zip(ds.PerFrameFunctionalGroupsSequence, ds.pixel_array, strict=True):
             z = float(group.PlanePositionSequence[0].ImagePositionPatient[2])
             if temporal:
@@ -230,7 +231,8 @@ def write_cine(write_seg, shapes: list[np.ndarray], order: str, temporal: bool) 
     ds = pydicom.dcmread(files[0])
     ds.PerFrameFunctionalGroupsSequence = [group for *_, group in frames]
     ds.NumberOfFrames = len(frames)
-    ds.PixelData = pack_bits(np.stack([pixels[at] for _, at, _ in frames]).ravel())
+    values = np.stack([pixels[at] for _, at, _ in frames])
+    ds.PixelData = pack_bits(values.ravel()) if ds.BitsAllocated == 1 else values.tobytes()
     path = files[0].with_name("cine.dcm")
     ds.save_as(path)
     return path
@@ -253,6 +255,14 @@ def test_a_cine_has_frames_to_choose_from(order, temporal, heart, write_seg):
         assert read_mask(path, frame=number).voxels.sum() == shape.sum()
     assert read_mask(path, frame="ED").voxels.sum() == shapes[0].sum()
     assert read_mask(path, frame="es", label="lv").voxels.sum() == shapes[2].sum()
+
+
+@pytest.mark.parametrize("kind", ["FRACTIONAL", "LABELMAP"])
+def test_a_cine_of_another_kind(kind, cup, write_seg):
+    other = np.where(np.indices(cup.shape)[0] < 14, cup, 0).astype(np.uint8)
+    path = write_cine(write_seg, [cup, other], "in turn", temporal=True, kind=kind)
+    for number, shape in enumerate([cup, other], start=1):
+        assert read_mask(path, frame=number).voxels.sum() == shape.sum()
 
 
 def test_a_cine_whose_frames_do_not_say_what_belongs_together(cup, write_seg):

@@ -135,10 +135,16 @@ def test_a_channel_in_front_is_called_one(ending, cup, tmp_path):
     else:
         image = SimpleITK.GetImageFromArray(cup.T[..., None], isVector=False)
         SimpleITK.WriteImage(image, str(path))
-    with pytest.raises(InputError, match=r"first axis .* seems to be a channel"):
+    with pytest.raises(InputError, match=r"first axis .* channels, with a single entry"):
         read_mask(path)
-    with pytest.raises(InputError, match=r"first axis .* seems to be a channel"):
+    with pytest.raises(InputError, match=r"first axis .* channels, with a single entry"):
         mask_from_array(cup[None], np.eye(4))
+
+
+@pytest.mark.parametrize("shape", [(4, 24, 22, 20), (2, 24, 22, 20, 1), (1, 1, 24, 22, 20)])
+def test_channels_in_front(shape):
+    with pytest.raises(InputError, match=r"first axis .* seems to be .* channels, with "):
+        mask_from_array(np.ones(shape, np.uint8), np.eye(4))
 
 
 def test_real_cine(shared_data):
