@@ -12,8 +12,11 @@ from numpy.typing import NDArray
 from heartgen.images.structures import Structures
 from heartgen.images.volume import Coded, Volume
 
-LAYERED = re.compile(r"Segment(\d{1,6})_LabelValue")
-"""Metadata that says which number a segment has in its layer."""
+KEY = re.compile(r"Segment(\d{1,6})_(LabelValue|Layer|Name|ID)$", re.ASCII)
+"""Metadata of segments, which are numbered from 0."""
+
+ENTRIES = ("ID", "LabelValue", "Layer", "Name", "Tags")
+"""What is known of a segment."""
 
 TERMS = 2
 """Of a terminology entry, where its category ends; type, modifier and regions follow."""
@@ -31,25 +34,16 @@ class Segment:
 
 def segments_of(metadata: Mapping[str, str]) -> list[Segment]:
     """Segments that the header of a .seg.nrrd file declares, in their order."""
-    found = []
-    for key in metadata:
-        match = LAYERED.fullmatch(key)
-        if match is None or not re.fullmatch(r"\d{1,9}", metadata[key].strip(), re.ASCII):
-            continue
-        start = f"Segment{match[1]}_"
-        layer = metadata.get(start + "Layer", "0").strip()
-        found.append(
-            (
-                int(match[1]),
-                Segment(
-                    metadata.get(start + "Name", ""),
-                    int(metadata[key]),
-                    int(layer) if re.fullmatch(r"\d{1,6}", layer, re.ASCII) else 0,
-                    _coded(metadata.get(start + "Tags", "")),
-                ),
-            )
-        )
-    return [segment for _, segment in sorted(found, key=lambda numbered: numbered[0])]
+    found = {}
+    for number in sorted({int(match[1]) for key in metadata if (match := KEY.match(key))}):
+        entries = {name: metadata.get(f"Segment{number}_{name}") for name in ENTRIES}
+        # Before Slicer 4.11 every segment had a layer of its own.
+        value = _whole(entries["LabelValue"] or "1")
+        layer = _whole(entries["Layer"] or ("0" if entries["LabelValue"] else str(number)))
+        if value is not None and layer is not None:
+            coded = _coded(entries["Tags"] or "")
+            found[number] = Segment(entries["Name"] or entries["ID"] or "", value, layer, coded)
+    return list(found.values())
 
 
 def layered(
@@ -86,6 +80,11 @@ def layered(
     names = {number: segment.name for number, segment in numbered.items()}
     codes = {number: segment.coded for number, segment in numbered.items()}
     return Structures(file, names, load, codes)
+
+
+def _whole(text: str) -> int | None:
+    """A whole number that is not negative, if the text is one."""
+    return int(text) if re.fullmatch(r"\s*\d{1,9}\s*", text, re.ASCII) else None
 
 
 def _coded(tags: str) -> Coded:

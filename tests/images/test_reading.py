@@ -181,6 +181,17 @@ def test_segments_in_layers(cup, tmp_path):
         read_labels(path, "auto")
 
 
+def test_layers_of_old_versions_have_no_numbers(cup, tmp_path):
+    path = tmp_path / "old.seg.nrrd"
+    other = np.roll(cup, 1, 0)
+    layered_nrrd([cup, other], {"LV wall": (0, 1), "RV wall": (1, 1)}, path)
+    lines = path.read_bytes().split(b"\n")
+    kept = [line for line in lines if b"_LabelValue" not in line and b"_Layer" not in line]
+    path.write_bytes(b"\n".join(kept))
+    assert read_mask(path, label="LV wall").voxels.sum() == cup.sum()
+    assert read_mask(path).voxels.sum() == np.maximum(cup, other).sum()
+
+
 def test_layers_with_names_are_a_label_map(heart, tmp_path, save):
     _, at = heart.image(np.array([1.0, 1.0, 1.0]))
     labels = heart.labels(at)
