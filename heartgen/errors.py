@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+
+BEFORE = "Seen before: "
+"""How the note of a finding begins."""
+
+
+LONGEST = 120
+"""Letters of a path that are shown when the system refuses it."""
 
 
 class HeartgenError(Exception):
@@ -28,6 +35,39 @@ class MeshError(HeartgenError):
 
 class Cancelled(HeartgenError):
     """The user asked for a running fit to stop."""
+
+
+@contextmanager
+def recalling(findings: Iterable[str]) -> Iterator[None]:
+    """Add to an error what was seen before it, as a note: it may be the reason.
+
+    Parameters
+    ----------
+    findings : iterable of str
+        Sentences.
+    """
+    try:
+        yield
+    except HeartgenError as error:
+        for note in (f"{BEFORE}{finding}" for finding in findings):
+            if note not in notes_of(error) and not isinstance(error, Cancelled):
+                error.add_note(note)
+        raise
+
+
+def refused_by_system(error: OSError) -> str:
+    """Say which file or folder the system refused, and why; of a long name, its beginning."""
+    name = str(error.filename)
+    shown = name if len(name) <= LONGEST else f"{name[:LONGEST]}..."
+    return (
+        f"{shown}: The system refuses this file or folder ({error.strerror}): check its name, that "
+        "it is there, and that you may use it"
+    )
+
+
+def notes_of(error: Exception) -> list[str]:
+    """Sentences about what was seen before an error."""
+    return list(getattr(error, "__notes__", ()))
 
 
 @contextmanager
@@ -60,10 +100,13 @@ def sentence(error: Exception) -> str:
     Returns
     -------
     str
-        That of a HeartgenError; of others, one that does not leave a user alone with a traceback.
+        That of a HeartgenError, with what was seen before it; of others, one that does not leave a
+        user alone with a traceback.
     """
     if isinstance(error, HeartgenError):
-        return str(error)
+        return " ".join((str(error), *notes_of(error)))
+    if isinstance(error, OSError) and error.filename is not None:
+        return refused_by_system(error)
     if isinstance(error, MemoryError):
         return (
             "the image needs more memory than there is here: crop it to the heart, or resample it "

@@ -16,7 +16,7 @@ from heartgen.clock import Clock, Progress
 from heartgen.concessions import fallen_back, fitted_less, poorer
 from heartgen.coverage import assess_coverage
 from heartgen.enhancement import enhance
-from heartgen.errors import InputError
+from heartgen.errors import InputError, recalling
 from heartgen.fairness import assess_fairness
 from heartgen.fields import FIELDS, FibreRule, clinical_indices, make_fields
 from heartgen.formats import cells_of, file_name, write_mesh, write_text
@@ -218,7 +218,8 @@ def personalize_levels(
         images = [mask] if isinstance(mask, Mask) else list(mask)
         if not images:
             raise InputError("there is no image of the heart: give a mask, and further views of it")
-        return _personalize(images[0], images[1:], tuple(levels), whole, progress, anatomy)
+        with recalling(finding.message for image in images for finding in image.findings):
+            return _personalize(images[0], images[1:], tuple(levels), whole, progress, anatomy)
 
 
 def _personalize(

@@ -104,7 +104,7 @@ def load_sample(name: str) -> Case:
     return Case(sample.mask, code, digest.hexdigest(), sample.description)
 
 
-def load_file(path: Path, scheme: str = BINARY) -> Case:
+def load_file(path: Path, scheme: str = BINARY, frame: str = "") -> Case:
     """Read a mask or a label map.
 
     Parameters
@@ -112,6 +112,8 @@ def load_file(path: Path, scheme: str = BINARY) -> Case:
     path : Path
     scheme : str
         ``"binary"``, the name of a scheme of labels, ``"auto"``, or roles as on the command line.
+    frame : str
+        Of a cine: number of the frame from 1, ``"ED"`` or ``"ES"``; empty for one volume.
 
     Returns
     -------
@@ -125,12 +127,15 @@ def load_file(path: Path, scheme: str = BINARY) -> Case:
     from heartgen import read_labels, read_mask
     from heartgen.images.schemes import scheme_from_text
 
+    chosen = frame.strip() or None
+    told = "" if chosen is None else f", frame={chosen!r}"
     if scheme == BINARY:
-        mask, code = read_mask(path), f"heartgen.read_mask({path.name!r})"
+        mask = read_mask(path, frame=chosen)
+        code = f"heartgen.read_mask({path.name!r}{told})"
     else:
         labelling = scheme_from_text(scheme)
-        mask = read_labels(path, labelling)
-        code = f"heartgen.read_labels({path.name!r}, {labelling!r})"
+        mask = read_labels(path, labelling, frame=chosen)
+        code = f"heartgen.read_labels({path.name!r}, {labelling!r}{told})"
     return Case(mask, code, _digest(path))
 
 

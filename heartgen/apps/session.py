@@ -100,9 +100,9 @@ class Session(HasTraits):
         """Take a sample for the input."""
         return self._load(f"making the sample {name}", lambda: load_sample(name))
 
-    def load_file(self, path: Path, scheme: str = BINARY) -> Future[None]:
+    def load_file(self, path: Path, scheme: str = BINARY, frame: str = "") -> Future[None]:
         """Take a file for the input."""
-        return self._load(f"reading {path.name}", lambda: load_file(path, scheme))
+        return self._load(f"reading {path.name}", lambda: load_file(path, scheme, frame))
 
     def start(self, levels: tuple[int, ...] | None = None) -> Future[None]:
         """Start a run with the choices of the moment, at one level or at several.

@@ -12,7 +12,8 @@ MaskPath = Annotated[
     typer.Argument(
         metavar="MASK",
         show_default=False,
-        help="NIfTI, NRRD, MetaImage; or a DICOM segmentation, as a file or a folder.",
+        help="NIfTI, NRRD, MetaImage; a DICOM segmentation or structure set, as a file or a "
+        "folder; or a folder with a file for each structure.",
     ),
 ]
 Views = Annotated[
@@ -40,8 +41,18 @@ Labels = Annotated[
         "--labels",
         metavar="SCHEME",
         show_default=False,
-        help="Read a label map: acdc, mmwhs, ukbb, totalsegmentator, auto, or roles such as "
-        "lv_myocardium=2,lv_pool=3,rv_pool=1.",
+        help="Read a label map: acdc, mmwhs, ukbb, mnms, emidec, totalsegmentator, auto, or roles "
+        "such as lv_myocardium=2,lv_pool=3,rv_pool=1.",
+    ),
+]
+Frame = Annotated[
+    str | None,
+    typer.Option(
+        "--frame",
+        metavar="N|ED|ES",
+        show_default=False,
+        help="Which frame of a cine: its number from 1, or the one with the largest (ED) or the "
+        "smallest (ES) cavity of the left ventricle.",
     ),
 ]
 Septum = Annotated[

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from heartgen.cli.choices import Debug, Label, Labels, Level, RvWall, Truncate, Ventricles
+from heartgen.cli.choices import Debug, Frame, Label, Labels, Level, RvWall, Truncate, Ventricles
 from heartgen.cli.comparing import app
 from heartgen.cli.outcome import check_folder, told
 from heartgen.errors import Cancelled, HeartgenError, InputError
@@ -17,7 +17,6 @@ from heartgen.errors import Cancelled, HeartgenError, InputError
 if TYPE_CHECKING:
     import pandas as pd
 
-    from heartgen.cohort import Case
 
 __all__ = ["app"]
 
@@ -27,7 +26,7 @@ Hearts = Annotated[
         metavar="FOLDER|TABLE",
         show_default=False,
         help="Folder of masks, or a table (CSV, TSV, Parquet) with a column mask and, if wanted, "
-        "case, group, labels, label, rv_wall, and options by name.",
+        "case, group, labels, label, rv_wall, frame, and options by name.",
     ),
 ]
 Out = Annotated[
@@ -93,6 +92,7 @@ def batch(
     label: Label = None,
     labels: Labels = None,
     rv_wall: RvWall = None,
+    frame: Frame = None,
     settings: Settings = None,
     jobs: Jobs = None,
     scheduler: Scheduler = None,
@@ -106,14 +106,16 @@ def batch(
     """
     with told(debug), _resumable():
         from heartgen import cohort
+        from heartgen.cohort import find_cases
         from heartgen.cohort.summary import by_ventricles
+        from heartgen.images.selecting import Selection
 
         check_folder(out)
         given = {"elements": elements, "ventricles": ventricles, "truncate": truncate}
         choices = {"lod": lod} | _single(
             [*(f"{k}={v}" for k, v in given.items()), *(settings or ())]
         )
-        cases = _cases(hearts, label, labels, rv_wall)
+        cases = find_cases(hearts, Selection(tuple(label or ()), labels, rv_wall, frame))
         workers = cohort.Workers(jobs, scheduler, cluster)
         with _bar("meshing") as progress:
             table = cohort.batch(
@@ -135,6 +137,7 @@ def sweep(
     label: Label = None,
     labels: Labels = None,
     rv_wall: RvWall = None,
+    frame: Frame = None,
     settings: Annotated[
         list[str] | None,
         typer.Option(
@@ -156,14 +159,16 @@ def sweep(
     """
     with told(debug), _resumable():
         from heartgen import cohort
+        from heartgen.cohort import find_cases
         from heartgen.cohort.choices import settings_from_text
         from heartgen.cohort.summary import by_options
+        from heartgen.images.selecting import Selection
 
         check_folder(out)
         choices: dict[str, Any] = settings_from_text(
             [f"lod={lod}", f"elements={elements}", *(settings or ())]
         )
-        cases = _cases(hearts, label, labels, rv_wall)
+        cases = find_cases(hearts, Selection(tuple(label or ()), labels, rv_wall, frame))
         workers = cohort.Workers(jobs, scheduler, cluster)
         with _bar("fitting") as progress:
             table = cohort.sweep(
@@ -186,16 +191,6 @@ def report(
         from heartgen import cohort
 
         typer.echo(f"Open {cohort.write_report(out)} in a browser.")
-
-
-def _cases(
-    hearts: Path, label: list[str] | None, labels: str | None, rv_wall: float | None
-) -> list[Case]:
-    """The cases of a folder, a table or a file."""
-    from heartgen.cohort import find_cases
-    from heartgen.images.selecting import Selection
-
-    return find_cases(hearts, Selection(tuple(label or ()), labels, rv_wall))
 
 
 def _single(settings: list[str]) -> dict[str, Any]:

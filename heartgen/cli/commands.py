@@ -13,6 +13,7 @@ import typer
 from heartgen import __version__
 from heartgen.cli.choices import (
     Debug,
+    Frame,
     Label,
     Labels,
     Level,
@@ -81,6 +82,7 @@ def fit(
     label: Label = None,
     labels: Labels = None,
     rv_wall: RvWall = None,
+    frame: Frame = None,
     depth: Annotated[
         str,
         typer.Option(
@@ -200,7 +202,7 @@ def fit(
         )
         chosen = _fields(fields)
         rule = None if fibre_angles is None else rule_from_text(fibre_angles)
-        selection = Selection(tuple(label or ()), labels, rv_wall)
+        selection = Selection(tuple(label or ()), labels, rv_wall, frame)
         heart = selection.read(mask, ventricles)
         views = [selection.read(path, ventricles, view=True) for path in view or ()]
         result = _personalized([heart, *views], options)
@@ -220,6 +222,7 @@ def inspect(
     label: Label = None,
     labels: Labels = None,
     rv_wall: RvWall = None,
+    frame: Frame = None,
     debug: Debug = False,
 ) -> None:
     """Show what is in a mask: what the checks found, what the shape analysis sees."""
@@ -233,7 +236,7 @@ def inspect(
 
         check_picture(picture)
         options = Options(truncate=_truncation(truncate), ventricles=cast("Any", ventricles))
-        image = Selection(tuple(label or ()), labels, rv_wall).read(mask, ventricles)
+        image = Selection(tuple(label or ()), labels, rv_wall, frame).read(mask, ventricles)
         show_image(image)
         anatomy = analyse_under(image, options)
         show_anatomy(anatomy)

@@ -12,7 +12,7 @@ from pathlib import Path
 import typer
 from rich.console import Console
 
-from heartgen.errors import Cancelled, HeartgenError
+from heartgen.errors import Cancelled, HeartgenError, notes_of, refused_by_system
 
 FAILED = 1
 """Exit code of an error that has a sentence."""
@@ -49,11 +49,16 @@ def told(debug: bool) -> Iterator[None]:
     except HeartgenError as error:
         if debug:
             errors.print_exception()
+        for note in notes_of(error):
+            errors.print(note, markup=False, highlight=False, soft_wrap=True)
         _say(str(error))
         raise typer.Exit(FAILED) from None
     except Exception as error:
         if debug:
             errors.print_exception()
+        if isinstance(error, OSError) and error.filename is not None:
+            _say(f"{refused_by_system(error)}.")
+            raise typer.Exit(FAILED) from None
         name = type(error).__name__
         what = f"{name}: {error}" if str(error) else name
         _say(

@@ -11,11 +11,15 @@ from typing import Any
 
 from heartgen.errors import InputError
 from heartgen.images import Mask
-from heartgen.images.files import ENDINGS
+from heartgen.images.files import ENDINGS, stem
+from heartgen.images.folder import is_one_heart
 from heartgen.images.selecting import Selection
 
 NAME = re.compile(r"[^/\\\0-\x1f:*?\"<>|.][^/\\\0-\x1f:*?\"<>|]*")
 """A name that every system accepts for a folder, and that hides none."""
+
+LONGEST = 200
+"""Bytes of the name of a folder; systems take 255, and what is written beside it adds some."""
 
 BLOCK = 1 << 20
 """Bytes that are hashed at a time."""
@@ -81,9 +85,9 @@ def find_cases(place: Path, selection: Selection = WHOLE) -> list[Case]:
     Parameters
     ----------
     place : Path
-        A folder: every image in it and below is a case, and so is every folder of DICOM files
-        below it; the first folder below is its group. A table, as of `cases_of_table`: every row is
-        a case. Whatever else: an image.
+        A folder: every image in it and below is a case, and so is every folder below it of DICOM
+        files or with a file for each structure of a heart; the first folder below is its group. A
+        table, as of `cases_of_table`: every row is a case. Whatever else: an image.
     selection : Selection
         What of an image is the myocardium, where there is no table that says it.
 
@@ -100,7 +104,7 @@ def find_cases(place: Path, selection: Selection = WHOLE) -> list[Case]:
     from heartgen.cohort.tables import TABLES, cases_of_table
 
     place = place.absolute()  # workers may have another folder of their own
-    if place.is_dir():
+    if place.is_dir() and not is_one_heart(place):
         cases = [_case_in(place, path, selection) for path in sorted(_images(place))]
         if not cases:
             raise InputError(
@@ -121,6 +125,12 @@ def check_names(cases: Sequence[Case]) -> None:
     for case in cases:
         if not all(NAME.fullmatch(part) for part in case.name.split("/")):
             raise InputError(f"case {case.name!r} cannot be the name of a folder: give another")
+        longest = max(len(part.encode()) for part in case.name.split("/"))
+        if longest > LONGEST:
+            raise InputError(
+                f"case {case.name[:40]}... has a name of {longest} bytes, more than the {LONGEST} "
+                "that the name of a folder may have: give it another, in a column 'case' of a table"
+            )
         if case.name.lower() in seen:
             raise InputError(
                 f"cases {seen[case.name.lower()]!r} and {case.name!r} have the same name: give "
@@ -129,21 +139,14 @@ def check_names(cases: Sequence[Case]) -> None:
         seen[case.name.lower()] = case.name
 
 
-def stem(path: Path) -> str:
-    """Name of a file without the ending of an image."""
-    endings = sorted(ENDINGS, key=len, reverse=True)
-    ending = next((e for e in endings if path.name.lower().endswith(e)), "")
-    return path.name[: len(path.name) - len(ending)] or path.name
-
-
 def _images(folder: Path) -> Iterator[Path]:
-    """Images in a folder and below; a folder below with DICOM files counts as one."""
+    """Images in a folder and below; one below with DICOM files or structures counts as one."""
     for path in folder.iterdir():
         if path.name.startswith("."):
             continue
         if path.is_dir():
             dicom = any(file.suffix.lower() == ".dcm" for file in path.iterdir())
-            yield from [path] if dicom else _images(path)
+            yield from [path] if dicom or is_one_heart(path) else _images(path)
         elif path.name.lower().endswith(tuple(ENDINGS)):
             yield path
 

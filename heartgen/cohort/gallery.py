@@ -88,9 +88,11 @@ def _view(out: Path, title: str, row: dict[str, Any]) -> View | None:
 
 def _selection(row: dict[str, Any]) -> Selection:
     """What of the file is the myocardium."""
-    label, labels, wall = (row.get(name) for name in ("label", "labels", "rv_wall"))
+    names = ("label", "labels", "rv_wall", "frame")
+    label, labels, wall, frame = (row.get(name) for name in names)
     return Selection(
         tuple(label.split("+")) if isinstance(label, str) else (),
         labels if isinstance(labels, str) else None,
         None if wall is None or wall != wall else float(wall),
+        None if frame is None or frame != frame else str(frame),
     )

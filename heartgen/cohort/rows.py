@@ -136,6 +136,7 @@ def _selected(selection: Selection) -> Row:
         "label": "+".join(selection.label) or None,
         "labels": selection.labels,
         "rv_wall": selection.rv_wall,
+        "frame": selection.frame,
     }
     return {name: value for name, value in told.items() if value is not None}
 

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
-from heartgen.cohort.cases import Case, stem
+from heartgen.cohort.cases import Case
 from heartgen.cohort.choices import option_from_text
 from heartgen.errors import InputError
+from heartgen.images.files import stem
 from heartgen.images.selecting import Selection
 from heartgen.options import Options
 
 TABLES = (".csv", ".tsv", ".parquet")
 """How the names of tables end."""
 
-COLUMNS = ("mask", "case", "group", "labels", "label", "rv_wall")
+COLUMNS = ("mask", "case", "group", "labels", "label", "rv_wall", "frame")
 """Columns but for the options; only the first is needed."""
 
 
@@ -25,8 +26,8 @@ def cases_of_table(path: Path, selection: Selection) -> list[Case]:
     ----------
     path : Path
         The column ``mask`` holds paths, relative to the table; ``case`` holds names, ``group``
-        groups; ``labels``, ``label`` (``2+3`` for several) and ``rv_wall`` what ``heartgen fit``
-        takes; any other column is named after an option. Cells may be empty.
+        groups; ``labels``, ``label`` (``2+3`` for several), ``rv_wall`` and ``frame`` what
+        ``heartgen fit`` takes; any other column is named after an option. Cells may be empty.
     selection : Selection
         What of an image is the myocardium, where its row says nothing about labels.
 
@@ -70,7 +71,10 @@ def _case(folder: Path, cells: dict[str, str], selection: Selection) -> Case:
             tuple(cells["label"].split("+")) if "label" in cells else (),
             cells.get("labels"),
             _thickness(cells.get("rv_wall")),
+            selection.frame,
         )
+    if "frame" in cells:
+        selection = replace(selection, frame=cells["frame"])
     choices = {n: option_from_text(n, cell) for n, cell in cells.items() if n not in COLUMNS}
     name = cells.get("case", stem(mask))
     return Case(name, mask, cells.get("group", ""), selection, choices)
@@ -84,6 +88,15 @@ def _thickness(text: str | None) -> float | None:
         raise InputError(f"rv_wall {text!r} is not a number: give mm") from None
 
 
+def _separator(path: Path) -> str:
+    """What parts the cells: spreadsheets with decimal commas write CSV with semicolons."""
+    if path.suffix.lower() == ".tsv":
+        return "\t"
+    with path.open(encoding="utf-8") as file:
+        head = file.readline()
+    return ";" if head.count(";") > head.count(",") else ","
+
+
 def _rows(path: Path) -> list[dict[str, str]]:
     """Rows as texts by column."""
     import pandas as pd
@@ -93,8 +106,7 @@ def _rows(path: Path) -> list[dict[str, str]]:
             table = pd.read_parquet(path)
             table = table.map(lambda cell: "" if pd.isna(cell) else str(cell))
         else:
-            separator = "\t" if path.suffix.lower() == ".tsv" else ","
-            table = pd.read_csv(path, sep=separator, dtype=str, keep_default_na=False)
+            table = pd.read_csv(path, sep=_separator(path), dtype=str, keep_default_na=False)
     except (OSError, ValueError) as error:  # those of pandas and pyarrow are ValueErrors, too
         reason = " ".join(str(error).split())
         raise InputError(

@@ -11,11 +11,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.errors import InputError
+from heartgen.errors import InputError, recalling
 from heartgen.images.mask import Finding, planes_along
 
 MAX_VOXELS = 1024**3
 """Most voxels an image may have: 90 times the largest of Lamata et al. 2014 (222 x 233 x 252)."""
+
+CHANNELS = 4
+"""Entries of a first axis, at most, that are channels rather than voxels if three axes follow:
+background, two blood pools and myocardium; fewer than any mesh needs."""
 
 MIN_VOXELS = 72
 """Fewest voxels of a mask: one for each element of the paper's coarsest template (1 x 12 x 6)."""
@@ -65,31 +69,51 @@ def report(name: str, findings: Iterable[Finding | None]) -> tuple[Finding, ...]
     """
     seen = tuple(finding for finding in findings if finding is not None)
     fatal = [finding.message for finding in seen if finding.fatal]
-    if len(fatal) == 1:
-        raise InputError(f"{name}: {fatal[0]}")
-    if fatal:
+    if not fatal:
+        return seen
+    with recalling(finding.message for finding in seen if not finding.fatal):
+        if len(fatal) == 1:
+            raise InputError(f"{name}: {fatal[0]}")
         listed = "".join(f"\n- {message}" for message in fatal)
         raise InputError(f"{name}: {len(fatal)} problems were found:{listed}")
-    return seen
 
 
 def check_dimensions(shape: tuple[int, ...]) -> Finding | None:
-    """Three axes; further axes of length one do no harm."""
+    """Three axes of the world; the fourth and further ones are frames."""
     sizes = " x ".join(map(str, shape))
+    if _channels_first(shape):
+        entries = "a single entry" if shape[0] == 1 else f"{shape[0]} entries"
+        return _fatal(
+            "dimensions",
+            f"The first axis of the image seems to be no direction but channels, with {entries} "
+            f"({sizes} voxels): save one channel, as a volume of three axes.",
+        )
     if len(shape) < 3 or 1 in shape[:3]:
         return _fatal(
             "dimensions",
             f"The image is two-dimensional ({sizes} voxels): give a volume, "
             "with all slices of the heart in one file.",
         )
-    frames = int(np.prod(shape[3:], dtype=np.float64))
-    if frames != 1:
-        return _fatal(
-            "dimensions",
-            f"The image has {frames} frames or channels ({sizes}): save the frame you want, "
-            "for example end diastole, as a file of its own.",
-        )
     return None
+
+
+def _channels_first(shape: tuple[int, ...]) -> bool:
+    """Whether axes are in the order of tensors: channels, then directions."""
+    many = sum(n > CHANNELS for n in shape[1:])
+    return len(shape) > 3 and shape[0] <= CHANNELS and many >= 3
+
+
+def check_frames(shape: tuple[int, ...]) -> Finding | None:
+    """A single frame."""
+    frames = int(np.prod(shape[3:], dtype=np.float64))
+    if frames == 1:
+        return None
+    sizes = " x ".join(map(str, shape))
+    return _fatal(
+        "frames",
+        f"The image has {frames} frames or channels ({sizes} voxels): choose one, for example that "
+        "of end diastole.",
+    )
 
 
 def check_size(shape: tuple[int, ...]) -> Finding | None:

@@ -1,26 +1,34 @@
-"""DICOM segmentation objects (SEG), read with highdicom."""
+"""DICOM segmentations (SEG), read with highdicom, and structure sets (RTSTRUCT)."""
 
 from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from heartgen.errors import InputError
 from heartgen.images.checks import check_dimensions, check_size, report
+from heartgen.images.cine import Moments, find_moments, one_moment
 from heartgen.images.files import refuse
-from heartgen.images.labels import describe_label, find_labels
-from heartgen.images.volume import Label, Volume
+from heartgen.images.repairs import MARGIN
+from heartgen.images.rtstruct import structure_set
+from heartgen.images.structures import Structures
+from heartgen.images.volume import Coded, Volume
 
 SEGMENTATIONS = ("1.2.840.10008.5.1.4.1.1.66.4", "1.2.840.10008.5.1.4.1.1.66.7")
 """SOP classes Segmentation Storage and Label Map Segmentation Storage (DICOM PS3.6)."""
+
+LABEL_MAP = SEGMENTATIONS[1]
+
+STRUCTURE_SET = "1.2.840.10008.5.1.4.1.1.481.3"
+"""SOP class RT Structure Set Storage (DICOM PS3.6)."""
 
 DEFLATED = "1.2.840.10008.1.2.1.99"
 """Transfer syntax that packs the whole file, so that its size is only known when it is unpacked."""
@@ -31,6 +39,7 @@ BITS = 8
 HEADER_TAGS = [
     "BitsAllocated",
     "Columns",
+    "DimensionIndexSequence",
     "Modality",
     "NumberOfFrames",
     "PerFrameFunctionalGroupsSequence",
@@ -41,107 +50,117 @@ HEADER_TAGS = [
 """What is read of a file before its voxels."""
 
 
+CODES = (
+    ("SegmentedPropertyTypeCodeSequence", "SegmentedPropertyTypeModifierCodeSequence"),
+    ("AnatomicRegionSequence", "AnatomicRegionModifierSequence"),
+)
+"""Where the codes of a segment stand, and those that modify them."""
+
+
 @dataclass(frozen=True)
 class _Header:
     """What a DICOM file says before its voxels."""
 
-    is_segmentation: bool
+    kind: str | None  # SEG, RTSTRUCT, or neither
     modality: str
     shape: tuple[int, ...] = ()  # columns, rows, frames
     bits: int = 0  # of a voxel
     packed: bool = False
     placed: int = 0  # frames with a position of their own
     segments: Mapping[int, str] = field(default_factory=dict)
+    codes: Mapping[int, Coded] = field(default_factory=dict)
+    moments: Moments = ((),)
+    labels: bool = False  # a frame shows all segments
 
 
-def read_segmentation(path: Path, label: Label | None) -> Volume:
-    """Read one or several segments of a DICOM segmentation.
-
-    Parameters
-    ----------
-    path : Path
-        A DICOM file, or a folder with one segmentation among its files.
-    label : int, str, sequence of them, or None
-        Number(s) or label(s) of the segments that are myocardium; None if there is only one.
-
-    Returns
-    -------
-    Volume
-        The union of the segments; fractional ones keep their fractions.
-
-    Raises
-    ------
-    InputError
-        If there is no segmentation, not one only, or it is damaged or on irregular slices, or
-        the segment is not to be told; or if highdicom is not installed.
-    """
-    volume, _ = _read(path, lambda names, file: _choose(names, label, file))
-    return _volume(volume, volume.array.max(axis=-1))
-
-
-def read_segments(path: Path) -> Volume:
-    """Read all segments of a DICOM segmentation as a label map.
+def read_structures(path: Path) -> Structures:
+    """Read which structures a DICOM file holds.
 
     Parameters
     ----------
     path : Path
-        As of `read_segmentation`.
+        A segmentation (SEG) or structure set (RTSTRUCT), or a folder with one of these among its
+        files.
 
     Returns
     -------
-    Volume
-        The number of the segment that each voxel is in, 0 if none, and the segments' names.
+    Structures
+        Their voxels are read when they are asked for.
 
     Raises
     ------
     InputError
-        As of `read_segmentation`; or if segments overlap.
+        If there is none, or not one only, or it is damaged; or if highdicom is not installed.
     """
-    volume, names = _read(path, lambda names, _: list(names))
-    inside = volume.array > 1 / 2  # fractional segments end at the half
-    if (inside.sum(axis=-1) > 1).any():
-        refuse(path.name, "Segments of the file overlap: give one without, or one with labels.")
-    numbers = np.array([*names, 0])
-    values = numbers[np.where(inside.any(axis=-1), inside.argmax(axis=-1), len(names))]
-    return _volume(volume, values, names)
-
-
-def _read(
-    path: Path, choose: Callable[[Mapping[int, str], str], list[int]]
-) -> tuple[Any, Mapping[int, str]]:
-    """Highdicom's volume of the segments chosen, the last of its axes, and names of all."""
     highdicom = _highdicom(path.name)
     file = _find(path) if path.is_dir() else path
     header = _header(file)
-    if not header.is_segmentation:
+    if header.kind is None:
         refuse(
             file.name,
-            f"This DICOM file is no segmentation (SEG), its modality is {header.modality}: "
-            "give the SEG file, or export the mask as NIfTI, NRRD or MHA.",
+            "This DICOM file is no segmentation (SEG) and no structure set (RTSTRUCT), its "
+            f"modality is {header.modality}: give one of these, or export the mask as NIfTI, NRRD "
+            "or MHA.",
         )
+    if header.kind == "RTSTRUCT":
+        from pydicom import dcmread
+
+        with _refusal(file.name):
+            return structure_set(dcmread(file), file.name)
     _check_pixels(header, file)
     if not header.segments:
         refuse(file.name, "The file holds no segment: export the segmentation again.")
-    segments = choose(header.segments, file.name)
+
+    def load(numbers: Sequence[int], frame: int) -> Volume:
+        return _segments(highdicom, file, header, numbers, frame)
+
+    return Structures(file.name, header.segments, load, header.codes, len(header.moments))
+
+
+def _segments(
+    highdicom: ModuleType, file: Path, header: _Header, numbers: Sequence[int], frame: int
+) -> Volume:
+    """Layers of the segments asked for, in the index order (i, j, k) of other formats."""
     with _refusal(file.name):
-        seg = highdicom.seg.segread(file)
+        if len(header.moments) == 1:
+            seg = highdicom.seg.segread(file)
+        else:
+            alone = one_moment(file, header.moments[frame])
+            seg = highdicom.seg.Segmentation.from_dataset(alone, copy=False)
         geometry = seg.get_volume_geometry(allow_missing_positions=True)
     if geometry is None:
         refuse(
             file.name,
-            "The slices of the segmentation are not parallel and evenly spaced, or there are "
-            "several frames in one place: export one volume.",
+            "The slices of the segmentation are not parallel and evenly spaced: export one volume.",
         )
     shape = tuple(geometry.spatial_shape)
-    report(file.name, [check_size((*shape, len(segments))), check_dimensions(shape)])
+    report(file.name, [check_size((*shape, len(numbers))), check_dimensions(shape)])
     with _refusal(file.name):
-        return seg.get_volume(segment_numbers=segments), header.segments
-
-
-def _volume(volume: Any, values: NDArray[Any], names: Mapping[int, str] | None = None) -> Volume:
-    """Highdicom's values (slice, row, column) in the index order (i, j, k) of other formats."""
+        volume = seg.get_volume(segment_numbers=list(numbers))
     affine = np.asarray(volume.affine, dtype=np.float64)[:, [2, 1, 0, 3]]
-    return Volume(values.transpose(2, 1, 0), affine, names or {})
+    layers = Volume(volume.array.transpose(2, 1, 0, 3), affine)
+    return layers if _is_whole(header, layers, frame) else _with_ends(layers)
+
+
+def _is_whole(header: _Header, layers: Volume, frame: int) -> bool:
+    """Whether the file holds frames in which there is nothing, and so all of the image.
+
+    Most writers leave those out: that segments reach the first slice of the file then does not say
+    that they reach that of the image.
+    """
+    filled = np.asarray(layers.values.any(axis=(0, 1)))  # planes by segments
+    several = 1 if header.labels else len(header.segments)
+    complete = len(header.moments[frame]) >= len(filled) * several
+    empty = not (filled.any(axis=1) if header.labels else filled).all()
+    return complete and empty
+
+
+def _with_ends(volume: Volume) -> Volume:
+    """Empty slices before the first and after the last."""
+    affine = volume.affine.copy()
+    affine[:3, 3] -= MARGIN * affine[:3, 2]
+    widths = [(0, 0), (0, 0), (MARGIN, MARGIN), (0, 0)]
+    return replace(volume, values=np.pad(volume.values, widths), affine=affine)
 
 
 def _highdicom(name: str) -> ModuleType:
@@ -160,7 +179,7 @@ def _find(folder: Path) -> Path:
     headers = {p: _header(p) for p in sorted(folder.iterdir()) if p.is_file() and is_dicom(p)}
     if not headers:
         refuse(str(folder), "There is no DICOM file in this folder: give the file of the mask.")
-    found = [p for p, header in headers.items() if header.is_segmentation]
+    found = [p for p, header in headers.items() if header.kind is not None]
     if len(found) == 1:
         return found[0]
     if found:
@@ -169,7 +188,8 @@ def _find(folder: Path) -> Path:
     kinds = ", ".join(sorted({header.modality for header in headers.values()}))
     refuse(
         str(folder),
-        f"There is no segmentation (SEG) among the DICOM files of this folder, only {kinds}: "
+        "There is no segmentation (SEG) and no structure set (RTSTRUCT) among the DICOM files of "
+        f"this folder, only {kinds}: "
         "segment the myocardium, or export the mask as NIfTI, NRRD or MHA.",
     )
 
@@ -186,19 +206,33 @@ def _header(file: Path) -> _Header:
     with _refusal(file.name):
         read = dcmread(file, stop_before_pixels=True, specific_tags=HEADER_TAGS)
         modality = str(read.get("Modality") or "unknown")
-        if str(read.get("SOPClassUID")) not in SEGMENTATIONS:
-            return _Header(is_segmentation=False, modality=modality)
-        names = {int(s.SegmentNumber): str(s.SegmentLabel) for s in read.SegmentSequence or ()}
-        names.pop(0, None)  # the background of label maps
+        form = str(read.get("SOPClassUID"))
+        if form not in SEGMENTATIONS:
+            return _Header("RTSTRUCT" if form == STRUCTURE_SET else None, modality)
+        segments = {int(s.SegmentNumber): s for s in read.SegmentSequence or ()}
+        segments.pop(0, None)  # the background of label maps
         return _Header(
-            is_segmentation=True,
+            kind="SEG",
             modality=modality,
             shape=(int(read.Columns), int(read.Rows), int(read.NumberOfFrames)),
             bits=int(read.BitsAllocated),
             packed=read.file_meta.TransferSyntaxUID.is_compressed,
             placed=len(read.get("PerFrameFunctionalGroupsSequence") or ()),
-            segments=names,
+            segments={number: str(s.SegmentLabel) for number, s in segments.items()},
+            codes={number: _coded(s) for number, s in segments.items()},
+            moments=find_moments(read, file.name),
+            labels=form == LABEL_MAP,
         )
+
+
+def _coded(segment: Any) -> Coded:
+    """Codes of a segment's type, of what modifies it, and of the region it is in."""
+    found = []
+    for key, modifier in CODES:
+        for item in segment.get(key) or ():
+            found += [item, *(item.get(modifier) or ())]
+    values = tuple(str(code.get("CodeValue")) for code in found)
+    return Coded(values, tuple(str(code.get("CodeMeaning") or "") for code in found))
 
 
 def _check_pixels(header: _Header, file: Path) -> None:
@@ -221,28 +255,6 @@ def _check_pixels(header: _Header, file: Path) -> None:
         )
 
 
-def _choose(names: Mapping[int, str], label: Label | None, name: str) -> list[int]:
-    """Numbers of the segments to read."""
-    offered = ", ".join(describe_label(number, names) for number in names)
-    if label is None:
-        if len(names) == 1:
-            return list(names)
-        refuse(
-            name,
-            f"The file holds the segments {offered}: pass the myocardium's, by number or name, as "
-            "label=... or --label, or say what they all are: read_labels or --labels.",
-        )
-    numbers, unknown = find_labels(label, names)
-    unknown += [str(number) for number in numbers if number not in names]
-    if unknown:
-        refuse(
-            name,
-            f"There is no segment {' or '.join(unknown)} in the file, which holds {offered}: "
-            "pass one of these as label=... or --label.",
-        )
-    return numbers
-
-
 @contextmanager
 def _refusal(name: str) -> Iterator[None]:
     """Turn whatever pydicom and highdicom raise about a damaged file into an `InputError`."""
@@ -250,5 +262,7 @@ def _refusal(name: str) -> Iterator[None]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             yield
+    except InputError:
+        raise
     except Exception as error:  # they raise any kind
         refuse(name, f"The DICOM file is damaged ({error}): export the segmentation again.")

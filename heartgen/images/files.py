@@ -51,18 +51,57 @@ ENDINGS = {
 """How names of the formats with a reader of their own end."""
 
 
+FOLDER = "folder"
+"""Form of a folder, of DICOM files or with a file for each structure."""
+
+VOXELS = (".img", ".img.gz")
+"""How names of the second files of Analyze and NIfTI pairs end."""
+
+
+def described_by(path: Path) -> Path:
+    """The file whose header says what a file holds: of a pair its .hdr, else the file itself.
+
+    Parameters
+    ----------
+    path : Path
+        A file that is there.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If it is the second file of a pair, and the first is not beside it.
+    OSError
+        If it cannot be opened.
+    """
+    ending = next((e for e in VOXELS if path.name.lower().endswith(e)), None)
+    if ending is None:
+        return path
+    stem = path.name[: -len(ending)]
+    for header in (path.with_name(stem + e) for e in (".hdr", ".HDR", ".hdr.gz")):
+        if header.is_file():
+            return header
+    with path.open("rb") as file:
+        if _signature(file.read(HEAD)) is not None:
+            return path  # another image under this name
+    refuse(path.name, "The .hdr file that belongs to this .img is missing: put it beside it.")
+
+
 def identify(path: Path) -> str:
     """Tell the format of an image file.
 
     Parameters
     ----------
     path : Path
-        A file, or a folder of DICOM files.
+        A file or a folder.
 
     Returns
     -------
     str
-        One of the values of `ENDINGS`, ``"DICOM folder"``, or ``"unknown"``.
+        One of the values of `ENDINGS`, `FOLDER`, or ``"unknown"``.
 
     Raises
     ------
@@ -71,10 +110,11 @@ def identify(path: Path) -> str:
     """
     try:
         if path.is_dir():
-            return "DICOM folder"
+            return FOLDER
         if not path.is_file():
             refuse(str(path), "There is no such file: check the path.")
-        with path.open("rb") as file:
+        header = described_by(path)
+        with header.open("rb") as file:
             head = file.read(PACKED_HEAD)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
@@ -83,8 +123,8 @@ def identify(path: Path) -> str:
         )
     if not head:
         refuse(path.name, "The file is empty: export it again.")
-    found, expected = _signature(head), _ending(path.name)
-    if path.name.lower().endswith(".gz"):
+    found, expected = _signature(head), _ending(header.name)
+    if header.name.lower().endswith(".gz"):
         if found != "gzip file":
             refuse(path.name, "The file is not gzip-compressed as its name says: remove the .gz.")
         found = _signature(_unpack(head, path.name))
@@ -110,6 +150,13 @@ def identify(path: Path) -> str:
         path.name,
         f"The file has no {expected} header, as its name promises: export the mask again.",
     )
+
+
+def stem(path: Path) -> str:
+    """Name of a file without the ending of an image."""
+    endings = sorted(ENDINGS, key=len, reverse=True)
+    ending = next((e for e in endings if path.name.lower().endswith(e)), "")
+    return path.name[: len(path.name) - len(ending)] or path.name
 
 
 def refuse(name: str, sentence: str) -> NoReturn:

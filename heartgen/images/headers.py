@@ -13,6 +13,7 @@ from pathlib import Path
 
 from heartgen.images.checks import check_size, report
 from heartgen.images.files import refuse
+from heartgen.images.units import meta_is_spaced, meta_unit, nrrd_is_spaced, nrrd_unit
 
 MAX_HEADER = 1024**2
 """Longest text header, bytes; those of segmentations of a hundred parts have some 100 kB."""
@@ -70,6 +71,12 @@ class Declared:
         Whether they are packed by zlib or gzip.
     skip : int
         Bytes before the values once unpacked.
+    unit : float
+        Length of the header's unit of length, mm.
+    spaced : bool
+        Whether the header says how large the voxels are.
+    layered : bool
+        Whether the values of a voxel are a list: frames of a cine, or layers of segments.
     """
 
     shape: tuple[int, ...]
@@ -78,6 +85,9 @@ class Declared:
     start: int = 0
     packed: bool = False
     skip: int = 0
+    unit: float = 1.0
+    spaced: bool = True
+    layered: bool = False
 
     @property
     def values(self) -> int:
@@ -133,6 +143,9 @@ def nrrd_header(path: Path) -> Declared:
         file=_data_file(path, detached),
         start=blank.end() if blank and detached is None else 0,
         packed=encoding in ("gz", "gzip"),
+        unit=nrrd_unit(fields, path.name),
+        spaced=nrrd_is_spaced(fields),
+        layered="list" in fields.get("kinds", "").lower().split(),
     )
 
 
@@ -157,6 +170,8 @@ def meta_header(path: Path) -> Declared:
         file=_data_file(path, None if local else source),
         start=last.end() if local else 0,
         packed=_is_true(fields.get("compresseddata", "false")),
+        unit=meta_unit(fields, path.name),
+        spaced=meta_is_spaced(fields),
     )
 
 

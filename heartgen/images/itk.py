@@ -16,10 +16,15 @@ import numpy as np
 from heartgen.images.checks import check_data_type, check_dimensions, check_size, report
 from heartgen.images.files import refuse
 from heartgen.images.headers import check_file_size, meta_header, nrrd_header
+from heartgen.images.slicer import layered, segments_of
+from heartgen.images.structures import Structures
 from heartgen.images.volume import Volume
 
 HEADERS = {"NRRD image": nrrd_header, "MetaImage": meta_header}
 """Formats whose headers are read before SimpleITK sees them."""
+
+SPACING = {"NRRD image": "space directions or spacings", "MetaImage": "ElementSpacing"}
+"""Fields of their headers that give the voxel size."""
 
 PICTURES = ("BMP", "JPEG", "JPEG2000", "LSM", "PNG", "TIFF")
 """Formats that SimpleITK reads but that hold no voxel size in mm."""
@@ -30,7 +35,7 @@ STDERR = 2
 _stderr_lock = threading.Lock()  # a file descriptor belongs to all threads
 
 
-def read_itk(path: Path, form: str) -> Volume:
+def read_itk(path: Path, form: str) -> Volume | Structures:
     """Read an image through SimpleITK.
 
     Parameters
@@ -42,20 +47,57 @@ def read_itk(path: Path, form: str) -> Volume:
 
     Returns
     -------
-    Volume
-        Values and affine; from 3D Slicer's segmentations also the names of the labels.
+    Volume or Structures
+        Values, frames last, and affine; from 3D Slicer's segmentations also the names of the
+        labels, or structures if segments overlap.
 
     Raises
     ------
     InputError
-        If the file is damaged or is no three-dimensional image of real numbers.
+        If the file is damaged or is no image of real numbers in three dimensions.
     """
-    sitk = import_module("SimpleITK")
-    values_declared = math.inf
+    declared = None
     if form in HEADERS:
         declared = HEADERS[form](path)
         check_file_size(declared, path.name)
-        values_declared = declared.values
+    reader = _reader(path)
+    shape = reader.GetSize()
+    report(path.name, [check_size(shape)])
+    components = reader.GetNumberOfComponents()
+    listed = declared is not None and declared.layered and components > 1
+    kind = _data_type(reader)
+    report(path.name, [check_dimensions(shape), None if listed else check_data_type(kind)])
+    values_read = math.prod(shape) * (components if listed else 1)
+    if declared is not None and values_read > declared.values:
+        refuse(path.name, "The header contradicts itself about the size: export the mask again.")
+    if declared is not None and not declared.spaced:
+        refuse(
+            path.name,
+            "The header does not say how large the voxels are, and the size of the heart depends "
+            f"on it: write {SPACING[form]} in mm into it.",
+        )
+    with _silence(), _refusal(path.name):
+        image = reader.Execute()
+    values = import_module("SimpleITK").GetArrayFromImage(image).T
+    values = np.moveaxis(values, 0, -1) if listed else values.reshape(*shape[:3], -1, order="F")
+    n = len(shape)
+    affine = np.eye(4)
+    axes = np.reshape(image.GetDirection(), (n, n))[:3, :3]
+    with np.errstate(all="ignore"):  # what overflows here is refused by the check of the affine
+        affine[:3, :3] = axes * image.GetSpacing()[:3]
+        affine[:3, 3] = image.GetOrigin()[:3]
+        affine[:3] *= 1.0 if declared is None else declared.unit
+    segments = segments_of(_metadata(reader))
+    if listed and segments:
+        return layered(segments, values, affine, path.name)
+    names = {segment.value: segment.name for segment in segments}
+    codes = {segment.value: segment.coded for segment in segments}
+    return Volume(values, affine, names, label_codes=codes)
+
+
+def _reader(path: Path) -> Any:
+    """SimpleITK's reader of a file, which has read what is before the voxels."""
+    sitk = import_module("SimpleITK")
     reader = sitk.ImageFileReader()
     reader.SetFileName(str(path))
     with _silence(), _refusal(path.name):
@@ -70,21 +112,7 @@ def read_itk(path: Path, form: str) -> Volume:
             f"This is a {library} picture, which holds no voxel size in mm: "
             "save the mask as NIfTI, NRRD or MHA.",
         )
-    shape = reader.GetSize()
-    report(path.name, [check_size(shape)])
-    report(path.name, [check_dimensions(shape), check_data_type(_data_type(reader))])
-    if math.prod(shape) > values_declared:
-        refuse(path.name, "The header contradicts itself about the size: export the mask again.")
-    with _silence(), _refusal(path.name):
-        image = reader.Execute()
-    values = sitk.GetArrayFromImage(image).T.reshape(shape[:3], order="F")
-    n = len(shape)
-    affine = np.eye(4)
-    axes = np.reshape(image.GetDirection(), (n, n))[:3, :3]
-    with np.errstate(all="ignore"):  # what overflows here is refused by the check of the affine
-        affine[:3, :3] = axes * image.GetSpacing()[:3]
-    affine[:3, 3] = image.GetOrigin()[:3]
-    return Volume(values, affine, _label_names(reader))
+    return reader
 
 
 def _data_type(reader: Any) -> np.dtype[Any]:
@@ -95,17 +123,11 @@ def _data_type(reader: Any) -> np.dtype[Any]:
     return np.dtype("V1" if kind.startswith("vector") else np.float64)
 
 
-def _label_names(reader: Any) -> dict[int, str]:
-    """Names of the label values in a segmentation by 3D Slicer (.seg.nrrd)."""
-    keys = set(reader.GetMetaDataKeys())
-    names = {}
-    for key in keys:
-        value_key = key.removesuffix("_Name") + "_LabelValue"
-        if key.startswith("Segment") and key.endswith("_Name") and value_key in keys:
-            value = reader.GetMetaData(value_key)
-            if value.isdecimal():
-                names[int(value)] = reader.GetMetaData(key)
-    return names
+def _metadata(reader: Any) -> dict[str, str]:
+    """What the header says about segments; bytes that are no letters are replaced."""
+    keys = [k for k in reader.GetMetaDataKeys() if k.startswith("Segment") and k.isascii()]
+    raw = {key: reader.GetMetaData(key).encode("utf-8", "surrogateescape") for key in keys}
+    return {key: value.decode("utf-8", "replace") for key, value in raw.items()}
 
 
 @contextmanager

@@ -14,6 +14,10 @@ from heartgen.images.volume import Label, Volume
 MAX_LABELS = 256
 """Distinct values beyond which an image is grey, not labelled: whole-body label maps have 120."""
 
+WHOLE = 1e-3
+"""Farthest from a whole number that a label may be: one that was saved as a scaled float and read
+again comes back as 2.9999998."""
+
 LISTED = 12
 """Labels named in a message."""
 
@@ -57,6 +61,27 @@ def myocardium(
         fatal=True,
     )
     return None, (missing,)
+
+
+def whole_numbers(values: NDArray[Any]) -> NDArray[Any]:
+    """Labels that came back from floating point as whole numbers; other values as they are.
+
+    Parameters
+    ----------
+    values : (nx, ny, nz) of a real type
+        Voxel values, finite.
+
+    Returns
+    -------
+    (nx, ny, nz) of a real type
+    """
+    if values.dtype.kind != "f":
+        return values
+    rounded: NDArray[Any] = np.rint(values)
+    # What is far below 1 throughout is a mask of small values, not one that is empty.
+    if (np.abs(values - rounded) > WHOLE).any() or not rounded.any():
+        return values
+    return rounded
 
 
 def find_labels(label: Label, names: Mapping[int, str]) -> tuple[list[int], list[str]]:

@@ -21,7 +21,7 @@ from heartgen.images.checks import (
     describe_sizes,
     report,
 )
-from heartgen.images.files import refuse
+from heartgen.images.files import VOXELS, described_by, refuse
 from heartgen.images.headers import Declared, check_file_size
 from heartgen.images.mask import Finding
 from heartgen.images.volume import LPS_FROM_RAS, Volume
@@ -42,18 +42,19 @@ def read_nifti(path: Path) -> Volume:
     Parameters
     ----------
     path : Path
-        A .nii or .nii.gz file, or the .hdr file of a pair.
+        A .nii or .nii.gz file, or either file of a pair.
 
     Returns
     -------
     Volume
-        Values with the header's scaling applied. The affine is the sform if the header has one,
-        else the qform; with neither the voxel axes are taken for L, P, S, as ITK does.
+        Values with the header's scaling applied, frames last. The affine is the sform if the
+        header has one, else the qform; with neither the voxel axes are taken for L, P, S, as ITK
+        does.
 
     Raises
     ------
     InputError
-        If the file is damaged, is no three-dimensional image of real numbers, or its two
+        If the file is damaged, is no image of real numbers in three dimensions, or its two
         transforms differ in more than position.
     """
     from nibabel.spatialimages import HeaderDataError
@@ -75,7 +76,7 @@ def read_nifti(path: Path) -> Volume:
             values = header.data_from_fileobj(stream)
     except (HeaderDataError, EOFError, OSError, ValueError, zlib.error) as error:
         refuse(path.name, f"The voxels cannot be read ({error}): export the mask again.")
-    return Volume(values.reshape(shape[:3]), affine, findings=findings)
+    return Volume(values.reshape(*shape[:3], -1), affine, findings=findings)
 
 
 def check_transforms(
@@ -123,7 +124,7 @@ def _header(path: Path) -> Any:
     from nibabel.nifti2 import Nifti2Header
 
     try:
-        with _open(path) as stream:
+        with _open(described_by(path)) as stream:
             block = stream.read(Nifti2Header.template_dtype.itemsize)
     except (EOFError, OSError, zlib.error) as error:
         refuse(path.name, f"The compression is damaged ({error}): copy or export the file again.")
@@ -148,7 +149,7 @@ def _layout(header: Any, name: str) -> tuple[tuple[int, ...], np.dtype[Any]]:
 def _offset(header: Any, path: Path) -> int:
     """Byte at which the voxels begin."""
     offset = float(header["vox_offset"])
-    first = 0 if path.suffix.lower() == ".hdr" else int(header["sizeof_hdr"])
+    first = 0 if _voxel_file(path) != described_by(path) else int(header["sizeof_hdr"])
     if not first <= offset < np.inf:
         refuse(
             path.name,
@@ -198,7 +199,7 @@ def _voxel_file(path: Path) -> Path:
     """The file with the voxels: the second of a pair, else the only one."""
     if path.suffix.lower() != ".hdr":
         return path
-    for ending in (".img", ".img.gz"):
+    for ending in (*VOXELS, *(e.upper() for e in VOXELS)):
         if path.with_suffix(ending).is_file():
             return path.with_suffix(ending)
     refuse(path.name, "The .img file that belongs to this .hdr is missing: put it beside it.")

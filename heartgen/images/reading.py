@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from heartgen.errors import recalling
 from heartgen.images.checks import (
     check_affine,
     check_background,
@@ -21,38 +20,51 @@ from heartgen.images.checks import (
     check_empty,
     check_extent,
     check_finite,
+    check_frames,
     check_scale,
     check_size,
     report,
 )
-from heartgen.images.dicom import read_segmentation, read_segments
-from heartgen.images.files import identify, refuse
-from heartgen.images.itk import read_itk
-from heartgen.images.labels import myocardium
-from heartgen.images.mask import LEFT_BLOOD, WALL, Finding, Mask
-from heartgen.images.nifti import read_nifti
+from heartgen.images.files import refuse
+from heartgen.images.frames import Frame
+from heartgen.images.labels import myocardium, whole_numbers
+from heartgen.images.mask import LEFT_BLOOD, WALL, Mask
+from heartgen.images.opening import enough_memory, name_of, open_image
 from heartgen.images.repairs import fill_lost_planes, keep_largest, pad_border
-from heartgen.images.schemes import Labelling, find_scheme
-from heartgen.images.ventricles import RV_WALL, VentricleChoice, check_choices, ventricular_walls
+from heartgen.images.schemes import Labelling
+from heartgen.images.structures import Structures
+from heartgen.images.taking import Select, Taking, take
+from heartgen.images.ventricles import RV_WALL, VentricleChoice, check_choices
 from heartgen.images.volume import LPS_FROM_RAS, Label, Volume
 
-_Found: TypeAlias = tuple[NDArray[np.bool_] | NDArray[np.uint8] | None, tuple[Finding, ...]]
 
-
-def read_mask(path: str | PathLike[str], *, label: Label | None = None, view: bool = False) -> Mask:
+def read_mask(
+    path: str | PathLike[str],
+    *,
+    label: Label | None = None,
+    view: bool = False,
+    frame: Frame | None = None,
+) -> Mask:
     """Read and check a mask of the myocardium.
+
+    Structures whose names say what they are (``"LV blood pool"``, ``"Myo"``, ``"RV wall"``, or
+    SNOMED codes) are read as `read_labels` does, unless `label` is given.
 
     Parameters
     ----------
     path : path-like
-        NIfTI, NRRD, MetaImage or any other volume that SimpleITK reads; or a DICOM segmentation
-        (SEG), as a file or as the folder it is in.
+        NIfTI, NRRD, MetaImage or any other volume that SimpleITK reads; a DICOM segmentation (SEG)
+        or structure set (RTSTRUCT), as a file or as the folder it is in; or a folder with a file
+        for each structure.
     label : int, str, or sequence of them, optional
         What is myocardium in a label image or a segmentation, by number or by name; several are
         united. Not needed if the image is binary: 0 and one other value.
     view : bool
         Whether it is a further view of a heart, such as a long-axis slice, that need not show the
         whole of it.
+    frame : int or str, optional
+        Which frame of a cine: its number from 1; or ``"ED"`` or ``"ES"``, the frame with the
+        largest or the smallest cavity of the left ventricle.
 
     Returns
     -------
@@ -65,12 +77,7 @@ def read_mask(path: str | PathLike[str], *, label: Label | None = None, view: bo
     InputError
         If no heart can be meshed from the file; the message names every reason that was found.
     """
-    file = Path(path)
-    form = identify(file)
-    with _enough_memory(file):
-        if form.startswith("DICOM"):
-            return _checked(read_segmentation(file, label), _name(file), myocardium, view)
-        return _checked(_image(file, form), _name(file), partial(myocardium, label=label), view)
+    return read_heart(path, Taking(label=label, frame=frame), view=view)
 
 
 def read_labels(
@@ -80,6 +87,7 @@ def read_labels(
     ventricles: VentricleChoice = "auto",
     rv_wall: float = RV_WALL,
     view: bool = False,
+    frame: Frame | None = None,
 ) -> Mask:
     """Read a label map of the heart, and take from it the myocardium of its ventricles.
 
@@ -89,17 +97,18 @@ def read_labels(
     Parameters
     ----------
     path : path-like
-        As of `read_mask`. Segments of a DICOM segmentation count as labels.
+        As of `read_mask`. Structures count as labels.
     scheme : str, Scheme, or mapping of str to labels
-        What the labels mean: ``"acdc"`` (M&Ms as well), ``"mmwhs"``, ``"ukbb"``,
-        ``"totalsegmentator"`` (heartchambers_highres), or ``"auto"`` for the one that fits. Or the
-        number(s) or name(s) of labels for each of the roles ``lv_myocardium``, ``lv_pool``,
-        ``rv_pool``, ``rv_myocardium``, of which the first is needed.
+        What the labels mean: ``"acdc"``, ``"mmwhs"``, ``"ukbb"``, ``"mnms"`` (M&Ms, M&Ms-2),
+        ``"emidec"``, ``"totalsegmentator"`` (heartchambers_highres), or ``"auto"`` for what
+        names tell or else the scheme that fits. Or the number(s) or name(s) of labels for each of
+        the roles ``lv_myocardium``, ``lv_pool``, ``rv_pool``, ``rv_myocardium``, of which the first
+        is needed.
     ventricles : {"auto", "lv", "biv"}
         Which to take: all that are labelled, the left, both.
     rv_wall : float
         Thickness of the right ventricular wall if it has to be built, mm.
-    view : bool
+    view, frame
         As of `read_mask`.
 
     Returns
@@ -112,14 +121,38 @@ def read_labels(
     InputError
         As of `read_mask`; or if labels or the scheme are not as they have to be.
     """
+    taking = Taking(scheme=scheme, ventricles=ventricles, rv_wall=rv_wall, frame=frame)
+    return read_heart(path, taking, view=view)
+
+
+def read_heart(path: str | PathLike[str], taking: Taking, *, view: bool = False) -> Mask:
+    """Read what is asked for from a file, and check it.
+
+    Parameters
+    ----------
+    path : path-like
+        As of `read_mask`.
+    taking : Taking
+        What to take of what the file holds.
+    view : bool
+        As of `read_mask`.
+
+    Returns
+    -------
+    Mask
+        As of `read_mask`.
+
+    Raises
+    ------
+    InputError
+        As of `read_mask`.
+    """
     file = Path(path)
-    check_choices(ventricles, rv_wall, _name(file))
-    form = identify(file)
-    with _enough_memory(file):
-        volume = read_segments(file) if form.startswith("DICOM") else _image(file, form)
-        known = find_scheme(scheme, volume.label_names, _name(file))
-        select = partial(ventricular_walls, scheme=known, ventricles=ventricles, rv_wall=rv_wall)
-        return _checked(volume, _name(file), select, view)
+    name = name_of(file)
+    check_choices(taking.ventricles, taking.rv_wall, name)
+    with enough_memory(file):
+        volume, select = take(open_image(file), taking, name)
+        return _checked(volume, name, select, view)
 
 
 def mask_from_array(
@@ -184,48 +217,29 @@ def read_grid(path: str | PathLike[str]) -> tuple[tuple[int, ...], NDArray[np.fl
         If the image cannot be read, or is no volume in the world.
     """
     file = Path(path)
-    form = identify(file)
-    with _enough_memory(file):
-        volume = read_segments(file) if form.startswith("DICOM") else _image(file, form)
-        shape = volume.values.shape
-        report(_name(file), [check_size(shape), check_dimensions(shape)])
-        report(_name(file), [check_affine(volume.affine)])
-        return shape[:3], volume.affine
+    with enough_memory(file):
+        held = open_image(file)
+        if isinstance(held, Structures):
+            held = held.load(list(held.names)[:1], 0)
+        shape = held.values.shape
+        report(name_of(file), [check_size(shape), check_dimensions(shape)])
+        report(name_of(file), [check_affine(held.affine)])
+        return shape[:3], held.affine
 
 
-def _image(file: Path, form: str) -> Volume:
-    """Read an image that is not DICOM."""
-    return read_nifti(file) if form.startswith("NIfTI") else read_itk(file, form)
-
-
-def _name(file: Path) -> str:
-    """Name for reports, also of the folder one is in."""
-    return file.resolve().name if file.is_dir() else file.name
-
-
-@contextmanager
-def _enough_memory(file: Path) -> Iterator[None]:
-    """Say so if an image is too large for this machine."""
-    try:
-        yield
-    except MemoryError:
-        refuse(file.name, "The image is too large for this machine's memory: crop it to the heart.")
-
-
-def _checked(
-    volume: Volume, name: str, select: Callable[[Volume], _Found], view: bool = False
-) -> Mask:
+def _checked(volume: Volume, name: str, select: Select, view: bool = False) -> Mask:
     """The mask that is selected from a volume, once every check has seen it.
 
     A view need not show enough for a mesh, nor be in one piece.
     """
     shape = volume.values.shape
     report(name, [check_size(shape), check_dimensions(shape), check_data_type(volume.values.dtype)])
+    report(name, [check_frames(shape)])
     volume = replace(volume, values=volume.values.reshape(shape[:3]))
     findings = [*volume.findings, check_affine(volume.affine), check_finite(volume.values)]
     parts = None
     if findings[-1] is None:
-        parts, told = select(volume)
+        parts, told = select(replace(volume, values=whole_numbers(volume.values)))
         findings += told
     if parts is not None:
         voxels = parts == WALL
@@ -244,7 +258,8 @@ def _checked(
         mask, lost = fill_lost_planes(mask)
         mask, dropped = keep_largest(mask)
         scale = check_scale(mask.voxels, mask.affine)
-        seen += report(name, [lost, dropped, check_extent(mask.voxels), scale])
+        with recalling(finding.message for finding in seen):
+            seen += report(name, [lost, dropped, check_extent(mask.voxels), scale])
     mask, padded = pad_border(mask)
     return replace(mask, findings=seen + report(name, [padded]))
 

@@ -1,29 +1,19 @@
-"""What the labels of a label map mean: known schemes, free ones, and the one that fits a map."""
+"""What the labels of a label map mean: known schemes, and free ones."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, TypeAlias
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TypeAlias
 
 from heartgen.errors import InputError
-from heartgen.images.faces import shared_faces
 from heartgen.images.files import refuse
-from heartgen.images.labels import describe_present, find_labels
-from heartgen.images.mask import Finding
+from heartgen.images.labels import find_labels
 from heartgen.images.volume import Label
 
 ROLES = ("lv_myocardium", "lv_pool", "rv_pool", "rv_myocardium")
 """What a label may stand for in a free scheme."""
-
-ENCLOSED = 0.6
-"""Share of a pool's surface from which the myocardium on it is the pool's own wall. A left
-ventricle is open at the base alone, and at a right one only the septum is left ventricular: 0.89 to
-1.00 and 0.16 to 0.34 in 40 stacks of ACDC."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +30,8 @@ class Scheme:
         Labels of what the right ventricle opens into: right atrium, pulmonary artery.
     others : tuple of int
         Labels of the scheme that no wall depends on.
+    scars : tuple of int
+        Labels within the left ventricle's myocardium, and a part of it: infarct, no-reflow.
     """
 
     name: str
@@ -49,11 +41,17 @@ class Scheme:
     rv_myocardium: tuple[int, ...] = ()
     rv_openings: tuple[int, ...] = ()
     others: tuple[int, ...] = ()
+    scars: tuple[int, ...] = ()
+
+    @property
+    def lv_wall(self) -> tuple[int, ...]:
+        """Labels of the left ventricle's myocardium, healthy or not."""
+        return self.lv_myocardium + self.scars
 
     @property
     def labels(self) -> tuple[int, ...]:
         """All labels of the scheme."""
-        walls = self.lv_myocardium + self.rv_myocardium
+        walls = self.lv_wall + self.rv_myocardium
         return walls + self.lv_pool + self.rv_pool + self.rv_openings + self.others
 
 
@@ -73,6 +71,8 @@ SCHEMES = {
             others=(420, 820),
         ),
         Scheme("ukbb", lv_myocardium=(2,), lv_pool=(1,), rv_pool=(3,)),
+        Scheme("mnms", lv_myocardium=(2,), lv_pool=(1,), rv_pool=(3,)),
+        Scheme("emidec", lv_myocardium=(2,), lv_pool=(1,), scars=(3, 4)),
         Scheme(
             "totalsegmentator",
             lv_myocardium=(1,),
@@ -83,8 +83,9 @@ SCHEMES = {
         ),
     )
 }
-"""Of the challenges ACDC (Bernard et al. 2018; M&Ms as well) and MM-WHS (Zhuang et al. 2019), of UK
-Biobank segmentations (Bai et al. 2018), of TotalSegmentator's task heartchambers_highres."""
+"""Of the challenges ACDC (Bernard et al. 2018), MM-WHS (Zhuang et al. 2019), M&Ms (Campello et al.
+2021) and EMIDEC (Lalande et al. 2020), of UK Biobank segmentations (Bai et al. 2018), of
+TotalSegmentator's task heartchambers_highres."""
 
 KNOWN = f"{', '.join(SCHEMES)}, auto"
 """Names a user may give."""
@@ -108,7 +109,7 @@ def find_scheme(labelling: Labelling, names: Mapping[int, str], image: str) -> S
     Returns
     -------
     Scheme or None
-        None for ``"auto"``: the image has to be asked, with `guess_scheme`.
+        None for ``"auto"``: the image has to be asked, with `heartgen.images.fitting.guess_scheme`.
 
     Raises
     ------
@@ -165,76 +166,6 @@ def scheme_from_text(text: str) -> Labelling:
 def label_from_text(text: str) -> int | str:
     """Read a label: by its number if it is one, else by its name."""
     return int(text) if re.fullmatch(r"\s*-?\d+\s*", text) else text.strip()
-
-
-def guess_scheme(
-    values: NDArray[Any], spacing: NDArray[np.float64], names: Mapping[int, str]
-) -> tuple[Scheme | None, Finding]:
-    """Find the only known scheme that fits a label map.
-
-    It fits if it knows all labels of the map, and what it calls the left ventricle's blood pool is
-    enclosed by what it calls the left ventricle's myocardium.
-
-    Parameters
-    ----------
-    values : (nx, ny, nz) of a real type
-        Voxel values, finite.
-    spacing : (3,) float64
-        Voxel size, mm.
-    names : mapping of int to str
-        Names of the label values, if any are known.
-
-    Returns
-    -------
-    scheme : Scheme or None
-        None if not exactly one fits.
-    finding : Finding
-        Which one fits, or, fatal, that none or several do.
-    """
-    present = np.unique(values[values != 0])
-    fitting = [
-        scheme
-        for scheme in SCHEMES.values()
-        if np.isin(present, scheme.labels).all()
-        and enclosure(values, scheme.lv_pool, scheme.lv_myocardium, spacing) > ENCLOSED
-    ]
-    if len(fitting) == 1:
-        found = fitting[0]
-        return found, Finding("labels", f"The labels were read by the scheme {found.name}.")
-    many = f"Several schemes ({', '.join(scheme.name for scheme in fitting)}) fit"
-    return None, Finding(
-        "labels",
-        f"{many if fitting else 'No scheme fits'} the labels {describe_present(values, names)}: "
-        f"give one of {', '.join(SCHEMES)}, or the labels themselves, such as {EXAMPLE}.",
-        fatal=True,
-    )
-
-
-def enclosure(
-    values: NDArray[Any],
-    pool: tuple[int, ...],
-    wall: tuple[int, ...],
-    spacing: NDArray[np.float64],
-) -> float:
-    """Share of a pool's surface that a wall covers; 0 without a pool.
-
-    Parameters
-    ----------
-    values : (nx, ny, nz) of a real type
-        Labels.
-    pool, wall : tuple of int
-        Labels of blood pool and myocardium.
-    spacing : (3,) float64
-        Voxel size, mm.
-
-    Returns
-    -------
-    float
-    """
-    inside = np.isin(values, pool)
-    surface = float(shared_faces(inside, ~inside, spacing).sum())
-    covered = float(shared_faces(inside, np.isin(values, wall), spacing).sum())
-    return covered / surface if surface > 0 else 0.0
 
 
 def _free(roles: Mapping[str, Label], names: Mapping[int, str], image: str) -> Scheme:

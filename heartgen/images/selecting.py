@@ -8,8 +8,9 @@ from typing import Any
 
 from heartgen.errors import InputError
 from heartgen.images.mask import Mask
-from heartgen.images.reading import read_labels, read_mask
+from heartgen.images.reading import read_heart
 from heartgen.images.schemes import label_from_text, scheme_from_text
+from heartgen.images.taking import Taking
 from heartgen.images.ventricles import RV_WALL
 
 
@@ -25,11 +26,14 @@ class Selection:
         A scheme of labels, as `scheme_from_text` reads it, if the image is a label map.
     rv_wall : float or None
         Thickness of a right ventricular wall that has to be built, mm; only with `labels`.
+    frame : str or None
+        Which frame of a cine: its number from 1, ``ED`` or ``ES``.
     """
 
     label: tuple[str, ...] = ()
     labels: str | None = None
     rv_wall: float | None = None
+    frame: str | None = None
 
     def __post_init__(self) -> None:
         if self.labels is not None and self.label:
@@ -61,10 +65,12 @@ class Selection:
         InputError
             If no heart can be meshed from the file.
         """
-        if self.labels is None:
-            return read_mask(path, label=[*map(label_from_text, self.label)] or None, view=view)
-        thickness = RV_WALL if self.rv_wall is None else self.rv_wall
-        which: Any = ventricles  # read_labels refuses words it does not know
-        return read_labels(
-            path, scheme_from_text(self.labels), ventricles=which, rv_wall=thickness, view=view
+        which: Any = ventricles  # the reader refuses words it does not know
+        taking = Taking(
+            label=[*map(label_from_text, self.label)] or None,
+            scheme=None if self.labels is None else scheme_from_text(self.labels),
+            ventricles=which,
+            rv_wall=RV_WALL if self.rv_wall is None else self.rv_wall,
+            frame=self.frame,
         )
+        return read_heart(path, taking, view=view)

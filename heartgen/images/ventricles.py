@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from heartgen.images.checks import check_affine
 from heartgen.images.files import refuse
+from heartgen.images.fitting import guess_scheme, misfit
 from heartgen.images.labels import describe_present, not_labels
 from heartgen.images.mask import LEFT_BLOOD, RIGHT_BLOOD, WALL, Finding
-from heartgen.images.schemes import ENCLOSED, Scheme, enclosure, guess_scheme
+from heartgen.images.schemes import Scheme
 from heartgen.images.volume import Volume
 from heartgen.images.wall import Parts, build_rv_wall
 
@@ -88,7 +89,7 @@ def ventricular_walls(
                 f"{describe_present(left_out, names)}: they were taken for background.",
             ),
         )
-    lv_wall = np.isin(values, scheme.lv_myocardium)
+    lv_wall = np.isin(values, scheme.lv_wall)
     lv_pool = np.isin(values, scheme.lv_pool)
     rv_labelled = np.isin(values, scheme.rv_myocardium)
     rv_pool = np.isin(values, scheme.rv_pool)
@@ -137,19 +138,14 @@ def _check_labels(volume: Volume, scheme: Scheme, ventricles: str) -> Finding | 
 
 
 def _check_sides(volume: Volume, scheme: Scheme) -> Finding | None:
-    """The left ventricle's myocardium lies around the left ventricle's pool."""
+    """Wall and blood pools lie as those of a heart do."""
     spacing = np.linalg.norm(volume.affine[:3, :3], axis=0)
-    wall = scheme.lv_myocardium
-    left, right = (
-        enclosure(volume.values, pool, wall, spacing) for pool in (scheme.lv_pool, scheme.rv_pool)
-    )
-    if left >= right or right <= ENCLOSED:
+    wrong = misfit(volume.values, scheme, spacing)
+    if wrong is None:
         return None
-    numbers = [" and ".join(map(str, labels)) for labels in (wall, scheme.rv_pool, scheme.lv_pool)]
     return Finding(
         "labels",
-        f"The labels do not fit the scheme {scheme.name}: the left ventricle's myocardium (label "
-        f"{numbers[0]}) encloses the right ventricle's pool ({numbers[1]}) and not the left's "
-        f"({numbers[2]}): give the scheme of its labels, or 'auto'.",
+        f"The labels do not fit the scheme {scheme.name}: {wrong}: give the scheme of its labels, "
+        "or 'auto'.",
         fatal=True,
     )

@@ -11,10 +11,12 @@ import pytest
 from heartgen.apps import dashboard
 from heartgen.apps.cases import sample_choices
 from heartgen.apps.hints import hints
+from heartgen.apps.panels import source
 from heartgen.apps.panels.judge import THRESHOLD
 from heartgen.apps.transfer import PIECE, Pulse, Upload, safe_name
 from heartgen.assessment import QUALITY_THRESHOLD
 from heartgen.errors import InputError
+from heartgen.images.schemes import SCHEMES
 from heartgen.samples import names
 
 NOTEBOOKS = [
@@ -98,6 +100,10 @@ def test_names_of_files_cannot_break_the_page(page, tmp_path):
 
 def test_every_sample_is_offered():
     assert {name for _, name in sample_choices()} == set(names())
+
+
+def test_every_scheme_of_labels_is_offered():
+    assert {*SCHEMES, "auto"} < {name for _, name in source.SCHEMES}
 
 
 def test_threshold_is_that_of_the_assessment():

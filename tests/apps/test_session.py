@@ -2,9 +2,12 @@ from __future__ import annotations
 
 import threading
 
+import nibabel as nib
+import numpy as np
 import pytest
 
-from heartgen import pipeline
+from heartgen import pipeline, samples
+from heartgen.apps.cases import load_file
 from heartgen.apps.costs import Costs
 from heartgen.apps.session import ALL_LEVELS, Session, siblings
 from heartgen.errors import HeartgenError, sentence
@@ -67,6 +70,17 @@ def test_a_file_that_is_no_image_gets_a_sentence_and_the_heart_before_stays(sess
     assert "wrong.nii.gz" in session.complaint
     assert "Traceback" not in session.complaint
     assert session.case is before
+
+
+def test_a_frame_of_a_cine_is_read_and_its_code_says_so(tmp_path):
+    heart = samples.load("lifelike").mask
+    small = np.zeros_like(heart.voxels)
+    small[:, :, 4:] = heart.voxels[:, :, :-4]
+    frames = np.stack([heart.voxels, heart.voxels | small], axis=-1).astype(np.uint8)
+    nib.save(nib.Nifti1Image(frames, np.diag([2.0, 2, 2, 1])), tmp_path / "cine.nii.gz")
+    case = load_file(tmp_path / "cine.nii.gz", frame=" 2 ")
+    assert case.mask.voxels.sum() == frames[..., 1].sum()
+    assert case.code == "heartgen.read_mask('cine.nii.gz', frame='2')"
 
 
 def test_cancel_counts_at_once_and_stops_the_pipeline(session):

@@ -7,12 +7,19 @@ import subprocess
 import sys
 
 import heartgen
+from heartgen.images.schemes import SCHEMES
 
 
 def test_version_is_that_of_the_package(run):
     outcome = run("--version")
     assert outcome.exit_code == 0
     assert outcome.stdout == f"heartgen {heartgen.__version__}\n"
+
+
+def test_every_scheme_of_labels_is_named(run):
+    told = " ".join(run("inspect", "--help").stdout.replace("│", " ").split())
+    for name in (*SCHEMES, "auto"):
+        assert f"{name}," in told
 
 
 def test_help_names_the_commands_and_loads_nothing_heavy():

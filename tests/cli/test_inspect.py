@@ -56,3 +56,19 @@ def test_inspect_knows_where_the_heart_points(run, save, tmp_path):
     row = next(line for line in outcome.stdout.splitlines() if "from apex to base" in line)
     assert "inferior" in row
     assert "superior" not in row
+
+
+def test_inspect_chooses_a_frame(run, tmp_path):
+    heart = samples.lifelike_lv(2.0).mask
+    frames = [heart.voxels, np.roll(heart.voxels, 1, axis=0)]
+    images = [SimpleITK.GetImageFromArray(f.T.astype(np.uint8)) for f in frames]
+    cine = SimpleITK.JoinSeries(images)
+    cine.SetSpacing([2.0, 2.0, 2.0, 1.0])
+    SimpleITK.WriteImage(cine, str(tmp_path / "cine.mha"))
+    outcome = run("inspect", tmp_path / "cine.mha", "-o", tmp_path / "a.png")
+    assert outcome.exit_code == 1
+    assert "2 frames" in outcome.stderr
+    assert "--frame" in outcome.stderr
+    outcome = run("inspect", tmp_path / "cine.mha", "--frame", "ED", "-o", tmp_path / "a.png")
+    assert outcome.exit_code == 0, outcome.output
+    assert "Frame 1 of 2 was read" in " ".join(outcome.stdout.split())

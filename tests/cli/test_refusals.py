@@ -124,3 +124,35 @@ def test_a_view_of_a_heart_that_is_no_stack_is_refused(run, mask_file, tmp_path)
     assert outcome.exit_code == 1
     assert "no stack of slices" in outcome.stderr.replace("\n", " ")
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("inspect", "{long}.nii.gz"),
+        ("fit", "{mask}", "-o", "{long}"),
+        ("fit", "{mask}", "-o", "{long}/deep"),
+        ("demo", "-o", "{long}"),
+        ("batch", "{long}", "-o", "out"),
+        ("batch", "{mask}", "-o", "{long}"),
+        ("compare", "{long}", "{long}"),
+        ("report", "{long}"),
+    ],
+)
+def test_names_too_long_for_the_system(run, names, mask_file, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    outcome = run(*(word.format(long="n" * 300, mask=mask_file) for word in words))
+    assert outcome.exit_code == 1
+    assert "name too long" in outcome.stderr
+    assert "failed" not in outcome.stderr
+    assert names(tmp_path) == []
+
+
+def test_what_was_seen_before_is_told_first(run, save, tmp_path):
+    radius = np.linalg.norm(np.indices((32, 32, 32)) - 16.0, axis=0)
+    solid = radius < 12
+    solid[1, 1, 1] = True
+    outcome = run("fit", save(solid, tmp_path / "two.nii.gz"), "-o", tmp_path / "out")
+    first, last = outcome.stderr.strip().splitlines()[-2:]
+    assert "Seen before: The mask is in 2 separate pieces" in first
+    assert "no cavity" in last

@@ -45,6 +45,28 @@ def test_rows_of_a_table_are_cases_with_options_of_their_own(hearts):
     assert second.selection == Selection(labels="acdc", rv_wall=4.0)
 
 
+@pytest.mark.parametrize(
+    ("text", "name", "chosen"),
+    [
+        ("mask;case;rv_wall;labels;frame\nm.nii;x;3;auto;ED\n", "x", ((), "auto", 3.0, "ED")),
+        ("mask;case;label\nm.nii;x,y;2+3\n", "x,y", (("2", "3"),)),
+    ],
+)
+def test_tables_with_semicolons(tmp_path, text, name, chosen):
+    (case,) = find_cases(write(tmp_path / "table.csv", text))
+    assert (case.name, case.selection) == (name, Selection(*chosen))
+
+
+def test_a_frame_of_the_row_or_of_all_rows(hearts):
+    path = write(
+        hearts.parent / "table.csv",
+        "mask,case,frame,labels\nmasks/a.nii.gz,x,2,\nmasks/a.nii.gz,y,,acdc\n",
+    )
+    first, second = find_cases(path, Selection(frame="ED"))
+    assert first.selection == Selection(frame="2")
+    assert second.selection == Selection(labels="acdc", frame="ED")
+
+
 def test_tables_may_be_parquet(hearts):
     path = hearts.parent / "table.parquet"
     pd.DataFrame({"mask": ["masks/a.nii.gz"], "lod": [2.0], "refine": [False]}).to_parquet(path)
@@ -61,6 +83,7 @@ def test_tables_may_be_parquet(hearts):
         ("mask,lod\n,1\n", "row 1: there is no mask"),
         ("mask,case\na.nii,x\nb.nii,X\n", "have the same name"),
         ("mask,case\na.nii,../x\n", "cannot be the name of a folder"),
+        (f"mask,case\na.nii,{'n' * 300}\n", "nnn... has a name of 300 bytes, more than the 200"),
         ("mask,rv_wall\na.nii,3\n", "row 1: --rv-wall needs a label map"),
         ("", "the table cannot be read"),
     ],

@@ -8,16 +8,26 @@ from __future__ import annotations
 import resource
 import sys
 import warnings
+from collections.abc import Callable
 
-from heartgen import Mask, read_mask
+from heartgen import Mask, read_labels, read_mask
 from heartgen.errors import InputError
 
 ADDRESS_SPACE = 4 * 1024**3  # bytes: ample for small images, and less than a hostile header wants
 
 
 def outcome(path: str) -> str:
+    said = answer(lambda: read_mask(path))
+    if said != "refused":
+        return said
+    # What is no mask may be a label map, or a cine.
+    again = answer(lambda: read_labels(path, "auto", frame="ES"))
+    return said if again == "mask" else again
+
+
+def answer(read: Callable[[], Mask]) -> str:
     try:
-        mask = read_mask(path)
+        mask = read()
     except InputError as error:
         return "refused" if str(error).strip() else "raised: an error without words"
     except BaseException as error:

@@ -182,6 +182,79 @@ def analyze(folder, cup):
     return folder / "m.hdr"
 
 
+@bad("Analyze image, which does not say which side is left")
+def second_of_an_analyze_pair(folder, cup):
+    nib.save(nib.AnalyzeImage(cup, np.eye(4)), folder / "m.img")
+    return folder / "m.img"
+
+
+@bad("Analyze image, which does not say which side is left")
+def second_of_a_big_endian_analyze_pair(folder, cup):
+    header = nib.AnalyzeHeader(endianness=">")
+    nib.save(nib.AnalyzeImage(cup, np.eye(4), header), folder / "m.img")
+    return folder / "m.img"
+
+
+@bad("two voxel sizes")
+def second_of_a_pair_that_contradicts_itself(folder, cup):
+    nib.save(nib.Nifti1Pair(cup, np.eye(4)), folder / "m.img")
+    raw = nib.Nifti1Header((folder / "m.hdr").read_bytes()[:348], check=False)
+    raw["pixdim"][1:4] = 2
+    (folder / "m.hdr").write_bytes(raw.binaryblock)
+    return folder / "m.img"
+
+
+@bad(".hdr file .* is missing")
+def other_half_of_a_pair(folder, cup):
+    nib.save(nib.Nifti1Pair(cup, np.eye(4)), folder / "m.img")
+    (folder / "m.hdr").unlink()
+    return folder / "m.img"
+
+
+@bad("compressed as a whole: unpack it")
+def other_half_of_a_packed_pair(folder, cup):
+    nib.save(nib.Nifti1Pair(cup, np.eye(4)), folder / "m.img.gz")
+    return folder / "m.img.gz"
+
+
+@bad("NIfTI image: its name must end in")
+def nifti_named_img(folder, cup):
+    return folder.nifti(cup).rename(folder / "m.img")
+
+
+@bad("lengths in 'furlong', a unit that is not known")
+def unknown_unit(folder, cup):
+    units = 'spacings: 1 1 1\nunits: "furlong" "furlong" "furlong"\n\n'
+    return folder.text("m.nrrd", NRRD + units, cup.tobytes("F"))
+
+
+@bad("different units .mm, cm")
+def several_units(folder, cup):
+    units = 'spacings: 1 1 1\nunits: "mm" "mm" "cm"\n\n'
+    return folder.text("m.nrrd", NRRD + units, cup.tobytes("F"))
+
+
+@bad("does not say how large the voxels are, .* space directions or spacings in mm")
+def nrrd_without_voxel_size(folder, cup):
+    return folder.text("m.nrrd", NRRD + "\n", cup.tobytes("F"))
+
+
+@bad("does not say how large the voxels are")
+def nrrd_without_one_voxel_size(folder, cup):
+    return folder.text("m.nrrd", NRRD + "spacings: 1 1 nan\n\n", cup.tobytes("F"))
+
+
+@bad("does not say how large the voxels are")
+def nrrd_without_one_direction(folder, cup):
+    space = "space: LPS\nspace directions: none (0,1,0) (0,0,1)\n\n"
+    return folder.text("m.nrrd", NRRD + space, cup.tobytes("F"))
+
+
+@bad("does not say how large the voxels are, .* ElementSpacing in mm")
+def mha_without_voxel_size(folder, cup):
+    return folder.text("m.mha", META + LOCAL, cup.tobytes("F"))
+
+
 @bad(".img file .* is missing")
 def half_a_pair(folder, cup):
     nib.save(nib.Nifti1Pair(cup, np.eye(4)), folder / "m.hdr")

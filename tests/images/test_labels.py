@@ -9,7 +9,7 @@ import scipy.ndimage as ndi
 import SimpleITK
 
 from heartgen import read_labels, read_mask
-from heartgen.errors import InputError
+from heartgen.errors import InputError, sentence
 from heartgen.images import Scheme
 
 PARTS = ("rv_pool", "lv_myocardium", "lv_pool")
@@ -17,6 +17,7 @@ NUMBERS = {
     "acdc": (1, 2, 3),
     "mmwhs": (600, 205, 500),
     "ukbb": (3, 2, 1),
+    "mnms": (3, 2, 1),
     "totalsegmentator": (5, 1, 3),
 }
 IN_PLANE = ndi.generate_binary_structure(3, 1) & np.array([False, True, False])
@@ -60,7 +61,37 @@ def test_every_scheme_gives_the_same_heart(name, given, image, save, acdc):
     np.testing.assert_array_equal(mask.voxels, expected.voxels)
     np.testing.assert_allclose(mask.affine, expected.affine, atol=1e-4)
     told = [f.message for f in mask.findings if f.check == "labels"]
-    assert told == ([f"The labels were read by the scheme {name}."] if given == "auto" else [])
+    known = {"ukbb": "ukbb, as in mnms", "mnms": "ukbb, as in mnms"}.get(name, name)
+    assert told == ([f"The labels were read by the scheme {known}."] if given == "auto" else [])
+
+
+@pytest.mark.parametrize("off", [2e-8, -1e-4, 9e-4])
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_labels_that_come_back_from_floating_point(kind, off, image, save, acdc):
+    affine, labels = image
+    path = save((labels * (1 + off / 3)).astype(kind), affine, "floats.nii.gz")
+    for scheme in ("acdc", "auto"):
+        expected = read_labels(acdc, scheme)
+        np.testing.assert_array_equal(read_labels(path, scheme).voxels, expected.voxels)
+    assert read_mask(path, label=2).voxels.sum() == (labels == 2).sum()
+    with pytest.raises(InputError, match=r"holds the labels 1 \(\d+ voxels\), 2 "):
+        read_mask(path)
+
+
+def test_labels_scaled_into_bytes(image, acdc, tmp_path):
+    affine, labels = image
+    byte = nib.Nifti1Image(labels.astype(np.uint8), np.diag([-1, -1, 1, 1]) @ affine)
+    floats = nib.Nifti1Image(byte.get_fdata(), byte.affine, byte.header)
+    nib.save(floats, tmp_path / "scaled.nii.gz")
+    mask = read_labels(tmp_path / "scaled.nii.gz", "acdc")
+    np.testing.assert_array_equal(mask.voxels, read_labels(acdc, "acdc").voxels)
+
+
+def test_labels_farther_from_whole_numbers_are_none(image, save):
+    affine, labels = image
+    path = save(labels * np.float32(1.01), affine, "grey.nii.gz")
+    with pytest.raises(InputError, match="not a mask"):
+        read_labels(path, "acdc")
 
 
 def test_which_ventricles(image, save, acdc):
@@ -90,6 +121,17 @@ def test_labelled_right_wall_is_taken_as_it_is(image, save, acdc):
     mask = read_labels(path, FREE | {"rv_myocardium": 8})
     np.testing.assert_array_equal(mask.voxels, both.voxels)
     assert mask.findings == ()
+
+
+def test_what_was_seen_before_a_refusal_is_told_with_it(image, save):
+    affine, labels = image
+    few = np.where((labels == 2) & (np.indices(labels.shape)[2] // 2 != 5), 0, labels)
+    few[2, 2, 2] = 14
+    with pytest.raises(InputError, match="so it is flat") as refusal:
+        read_labels(save(few, affine, "few.nii"), "acdc", ventricles="lv")
+    (note,) = refusal.value.__notes__
+    assert note.startswith("Seen before: The scheme acdc does not know the labels 14")
+    assert sentence(refusal.value).endswith(note)
 
 
 def test_thickness_is_taken(acdc):
@@ -131,7 +173,7 @@ def test_labels_unknown_to_the_scheme_are_background_and_told(image, save, acdc)
     [
         ("mmwhs", r"no label 205 in the image, which holds 1 \(\d+ voxels\), 2 .*--labels"),
         ("ukbb", r"do not fit the scheme ukbb.*label 2\) encloses .*\(3\) and not .*\(1\)"),
-        ("ACDC2", "scheme of labels 'ACDC2' is unknown: give one of acdc, mmwhs, ukbb, total"),
+        ("ACDC2", "scheme of labels 'ACDC2' is unknown: give one of acdc, mmwhs, ukbb, mnms"),
         ({"lv_myocardium": 1, "rv_pool": 9}, "no label 9 in the image"),
         ({"lv_wall": 2}, "no role lv_wall: give some of lv_myocardium, lv_pool, rv_pool, rv_myo"),
         ({"lv_pool": 3}, "label of lv_myocardium is missing"),

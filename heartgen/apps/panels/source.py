@@ -17,16 +17,18 @@ OWN = "roles"
 """Scheme of labels that the user writes down."""
 
 SCHEMES = (
-    ("A mask: the myocardium alone", BINARY),
+    ("A mask, or structures with names", BINARY),
     ("A label map: find its scheme", "auto"),
-    ("Labels of ACDC, M&Ms", "acdc"),
+    ("Labels of ACDC", "acdc"),
+    ("Labels of M&Ms", "mnms"),
+    ("Labels of EMIDEC", "emidec"),
     ("Labels of MM-WHS", "mmwhs"),
     ("Labels of UK Biobank", "ukbb"),
     ("Labels of TotalSegmentator", "totalsegmentator"),
     ("Labels as written below", OWN),
 )
 
-FORMATS = "NIfTI, NRRD, MetaImage or DICOM-SEG"
+FORMATS = "NIfTI, NRRD, MetaImage, DICOM-SEG or RTSTRUCT"
 
 
 class SourcePanel:
@@ -51,7 +53,12 @@ class SourcePanel:
             "Roles and their labels: lv_myocardium, lv_pool, rv_pool, rv_myocardium",
         )
         self.roles.layout.display = "none"
-        for control in (self.sample, self.scheme, self.roles):
+        self.frame = row(
+            "Frame",
+            widgets.Text("", placeholder="ED", continuous_update=False, layout={}),
+            "Of a cine: number of the frame from 1, or ED or ES by the volume of the cavity",
+        )
+        for control in (self.sample, self.scheme, self.roles, self.frame):
             classed(control, "hg-above")
         self.upload = Upload(session.folder, MAX_UPLOAD, self._arrived, self._refused, self._shown)
         limit = text(f"{FORMATS}, up to {MAX_UPLOAD / MEGABYTE:.0f} MB", "hg-note")
@@ -59,6 +66,7 @@ class SourcePanel:
         self.sample.observe(self._chosen, "value")
         self.scheme.observe(self._scheme_chosen, "value")
         self.roles.observe(self._read, "value")
+        self.frame.observe(self._read, "value")
         session.observe(self._draw, ["case"])
         self.widget = widgets.VBox(
             [
@@ -67,6 +75,7 @@ class SourcePanel:
                 self.about,
                 self.scheme,
                 self.roles,
+                self.frame,
                 self.upload,
                 limit,
             ]
@@ -101,7 +110,7 @@ class SourcePanel:
         """Read the uploaded file anew, as what it is now said to be."""
         if self._uploaded is not None:
             scheme = self.roles.value if self.scheme.value == OWN else self.scheme.value
-            self.session.load_file(self._uploaded, scheme)
+            self.session.load_file(self._uploaded, scheme, self.frame.value)
 
     def _draw(self, _: Any) -> None:
         case = self.session.case
