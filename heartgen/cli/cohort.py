@@ -12,6 +12,7 @@ import typer
 from heartgen.cli.choices import Debug, Label, Labels, Level, RvWall, Truncate, Ventricles
 from heartgen.cli.comparing import app
 from heartgen.cli.outcome import check_folder, told
+from heartgen.cohort.workers import TIME_LIMIT
 from heartgen.errors import Cancelled, HeartgenError, InputError
 
 if TYPE_CHECKING:
@@ -72,6 +73,14 @@ Cluster = Annotated[
         "settings of Dask's configuration; --jobs says how many workers.",
     ),
 ]
+TimeLimit = Annotated[
+    float,
+    typer.Option(
+        metavar="MINUTES",
+        min=0.01,
+        help="After which a mesh that is not done is given up, and the next case begun.",
+    ),
+]
 Redo = Annotated[
     bool,
     typer.Option(
@@ -97,6 +106,7 @@ def batch(
     jobs: Jobs = None,
     scheduler: Scheduler = None,
     cluster: Cluster = None,
+    time_limit: TimeLimit = TIME_LIMIT,
     redo: Redo = False,
     debug: Debug = False,
 ) -> None:
@@ -114,7 +124,7 @@ def batch(
             [*(f"{k}={v}" for k, v in given.items()), *(settings or ())]
         )
         cases = _cases(hearts, label, labels, rv_wall)
-        workers = cohort.Workers(jobs, scheduler, cluster)
+        workers = cohort.Workers(jobs, scheduler, cluster, time_limit)
         with _bar("meshing") as progress:
             table = cohort.batch(
                 cases, out, workers=workers, redo=redo, progress=progress, **choices
@@ -147,6 +157,7 @@ def sweep(
     jobs: Jobs = None,
     scheduler: Scheduler = None,
     cluster: Cluster = None,
+    time_limit: TimeLimit = TIME_LIMIT,
     redo: Redo = False,
     debug: Debug = False,
 ) -> None:
@@ -164,7 +175,7 @@ def sweep(
             [f"lod={lod}", f"elements={elements}", *(settings or ())]
         )
         cases = _cases(hearts, label, labels, rv_wall)
-        workers = cohort.Workers(jobs, scheduler, cluster)
+        workers = cohort.Workers(jobs, scheduler, cluster, time_limit)
         with _bar("fitting") as progress:
             table = cohort.sweep(
                 cases, out=out, workers=workers, redo=redo, progress=progress, **choices

@@ -71,7 +71,10 @@ class Case:
         told = [self.name, asdict(self.selection)]
         if isinstance(self.source, Mask):
             return [*told, self.digest()]
-        states = [file.stat() for file in _files(self.source)]
+        try:
+            states = [file.stat() for file in _files(self.source)]
+        except OSError:  # it cannot be looked at now: reading it will say why
+            return told
         return [*told, *([state.st_size, state.st_mtime_ns] for state in states)]
 
 

@@ -30,6 +30,10 @@ STAGE = ".stage"
 """Folder in which folders of results grow until they are whole."""
 
 
+class NoPlaceError(HeartgenError):
+    """The folder of a job cannot be written: neither can the reason."""
+
+
 @dataclass(frozen=True)
 class Job:
     """A case to be fitted.
@@ -89,19 +93,20 @@ def do(job: Job) -> list[Row]:
             results = pipeline.personalize_levels(
                 job.case.read(job.options.ventricles), job.levels, job.options
             )
-    except Exception as error:  # of one case; the others go on
-        return give_up(job, sentence(error), digest)
-    rows = [row_of(job.case, digest, result.report) for result in results]
-    try:
-        return _keep(job, rows, results)
-    except HeartgenError as error:
+            rows = [row_of(job.case, digest, result.report) for result in results]
+            return _keep(job, rows, results)
+    except NoPlaceError as error:
         return failed_rows(job, str(error), digest)
+    except (Exception, SystemExit) as error:  # of one case; the others go on
+        return give_up(job, sentence(error), digest)
 
 
 def give_up(job: Job, reason: str, digest: str = "") -> list[Row]:
     """Leave the reason why there is no mesh."""
     rows = failed_rows(job, reason, digest)
-    with suppress(HeartgenError):  # a folder that cannot be written: the rows are told all the same
+    with suppress(
+        HeartgenError, OSError
+    ):  # a folder that cannot be written: the rows are told all the same
         return _keep(job, rows, ())
     return rows
 
@@ -128,8 +133,11 @@ def _record(job: Job) -> Row | None:
     """What the folder of a job says of it."""
     if job.home is None or not (job.home / ROWS).is_file():
         return None
-    record: Row = json.loads((job.home / ROWS).read_text(encoding="utf-8"))
-    return record
+    try:
+        record: Row = json.loads((job.home / ROWS).read_text(encoding="utf-8"))
+        return record if record["rows"] and "key" in record else None
+    except (OSError, ValueError, LookupError, TypeError):  # not as it was written: not done
+        return None
 
 
 def _keep(job: Job, rows: list[Row], results: Sequence[Personalization]) -> list[Row]:
@@ -146,7 +154,7 @@ def _keep(job: Job, rows: list[Row], results: Sequence[Personalization]) -> list
     except OSError as error:
         if (done := rows_of(job)) is not None:  # a twin was faster, on a worker thought dead
             return done
-        raise HeartgenError(
+        raise NoPlaceError(
             f"{job.home}: the results cannot be written there ({error.strerror or error}): choose "
             "a folder with free space that all workers can write to"
         ) from error

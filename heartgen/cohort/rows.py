@@ -88,7 +88,7 @@ def row_of(case: Case, digest: str, report: Report) -> Row:
 def failed_row(case: Case, digest: str, options: Options, reason: str) -> Row:
     """The row of a case that ended without a mesh."""
     return _head(case, digest, asdict(options)) | {
-        "status": FAILED + reason,
+        "status": FAILED + " ".join(writable(reason).split()),
         "success": False,
         "valid": False,
     }
@@ -121,13 +121,18 @@ def _head(case: Case, digest: str, options: Mapping[str, Any]) -> Row:
 
     source = case.source
     return {
-        "case": case.name,
-        "group": case.group,
-        "mask": source.name if isinstance(source, Mask) else str(source),
+        "case": writable(case.name),
+        "group": writable(case.group),
+        "mask": writable(source.name if isinstance(source, Mask) else str(source)),
         "sha256": digest,
         **_selected(case.selection),
         **{name: _cell(value) for name, value in options.items()},
     }
+
+
+def writable(text: str) -> str:
+    """A text that every file takes: bytes of a file name that are no letters, as their numbers."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def _selected(selection: Selection) -> Row:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 from heartgen.errors import InputError
 from heartgen.formats.abaqus import write_abaqus
@@ -219,6 +220,15 @@ def cells_of(name: str, kind: str | None) -> Resampling | None:
     if kind is None or not isinstance(chosen, CellFormat) or chosen.only_surfaces:
         return None
     return Resampling(kind)
+
+
+def fields_held(name: str) -> Literal["all", "directions", "none"]:
+    """For which fields a format by its name has a place; directions are fibres and sheets."""
+    chosen = _named(name)
+    if not chosen.fields:
+        return "none"
+    how = chosen.write
+    return "directions" if isinstance(how, CellFormat) and how.only_directions else "all"
 
 
 def _ends(path: str | Path, format: Format) -> bool:
