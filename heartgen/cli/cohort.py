@@ -285,7 +285,7 @@ def _show(table: pd.DataFrame, out: Path) -> None:
 
 def _draw_tradeoff(table: pd.DataFrame, varied: list[str], out: Path) -> None:
     """Draw error against quality."""
-    from heartgen.formats import replacing
+    from heartgen.files import replacing
     from heartgen.viewing.tradeoff import draw_sweep
 
     path = out / "tradeoff.png"

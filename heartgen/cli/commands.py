@@ -226,7 +226,7 @@ def inspect(
     with told(debug):
         from heartgen.anatomy import analyse_under
         from heartgen.cli.tables import console, show_anatomy, show_image
-        from heartgen.formats import replacing
+        from heartgen.files import replacing
         from heartgen.images.selecting import Selection
         from heartgen.options import Options
         from heartgen.viewing import draw_slices

@@ -3,7 +3,7 @@
 from heartgen.formats.assembled import MeshFile
 from heartgen.formats.ex1 import write_ex1
 from heartgen.formats.exf import write_exf
-from heartgen.formats.files import Written, replacing, write_text
+from heartgen.formats.files import Written, write_text
 from heartgen.formats.reading import READERS, convert, read_mesh, read_mesh_file
 from heartgen.formats.resampling import Resampling
 from heartgen.formats.table import (
@@ -29,7 +29,6 @@ __all__ = [
     "file_name",
     "read_mesh",
     "read_mesh_file",
-    "replacing",
     "write_ex1",
     "write_exf",
     "write_mesh",
