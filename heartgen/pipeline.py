@@ -28,7 +28,7 @@ from heartgen.mesh.validity import certify
 from heartgen.options import HOLE_SHARE, Options, usual_elements
 from heartgen.refinement import fit_target, misfit, refine, relax, settings_for
 from heartgen.registration import Deformation, register
-from heartgen.report import REPORT, Report, measured, slices_of
+from heartgen.report import REPORT, Report, mask_sha256, measured, slices_of
 from heartgen.templates import biventricular_template, lv_template
 from heartgen.warping import warp
 
@@ -290,6 +290,7 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
         unrefined = assess_fairness(enhanced)
     report = Report(
         name=start.mask.name,
+        mask_sha256=mask_sha256(start.mask),
         options=asdict(options),
         accuracy=accuracy,
         quality=quality,

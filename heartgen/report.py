@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import platform
 from dataclasses import asdict, dataclass, field
@@ -16,7 +17,7 @@ from heartgen.assessment import QUALITY_THRESHOLD, Accuracy, Quality
 from heartgen.errors import InputError
 from heartgen.fairness import Fairness
 from heartgen.fields.indices import Indices
-from heartgen.images.mask import Finding
+from heartgen.images.mask import Finding, Mask
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import volume
 from heartgen.options import Options
@@ -108,6 +109,8 @@ class Report:
     ----------
     name : str
         The mask's name.
+    mask_sha256 : str
+        Of its voxels and their place, as of `mask_sha256`.
     options : dict
         Options of the run.
     accuracy : Accuracy
@@ -137,6 +140,7 @@ class Report:
     """
 
     name: str
+    mask_sha256: str
     options: dict[str, Any]
     accuracy: Accuracy
     quality: Quality
@@ -209,6 +213,11 @@ def measured(anatomy: Anatomy, mesh: HexMesh) -> Measurements:
         mesh_volume=volume(mesh) / ML,
         right=_right(anatomy),
     )
+
+
+def mask_sha256(mask: Mask) -> str:
+    """SHA-256 of the voxels of a mask and of their place, in hexadecimal digits."""
+    return hashlib.sha256(mask.voxels.tobytes() + mask.affine.tobytes()).hexdigest()
 
 
 def options_beside(mesh: Path) -> Options:

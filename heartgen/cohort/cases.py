@@ -13,6 +13,7 @@ from heartgen.errors import InputError
 from heartgen.images import Mask
 from heartgen.images.files import ENDINGS
 from heartgen.images.selecting import Selection
+from heartgen.report import mask_sha256
 
 NAME = re.compile(r"[^/\\\0-\x1f:*?\"<>|.][^/\\\0-\x1f:*?\"<>|]*")
 """A name that every system accepts for a folder, and that hides none."""
@@ -56,10 +57,9 @@ class Case:
 
     def digest(self) -> str:
         """SHA-256 of the file, of all files of a folder by name, or of voxels and affine."""
-        found = hashlib.sha256()
         if isinstance(self.source, Mask):
-            found.update(self.source.voxels.tobytes() + self.source.affine.tobytes())
-            return found.hexdigest()
+            return mask_sha256(self.source)
+        found = hashlib.sha256()
         for file in _files(self.source):
             with file.open("rb") as stream:
                 while block := stream.read(BLOCK):

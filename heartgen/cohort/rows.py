@@ -80,7 +80,7 @@ def row_of(case: Case, digest: str, report: Report) -> Row:
             row |= _flat(value, PARTS[name])
         elif name == "seconds":
             row |= {f"seconds_{step.replace(' ', '_')}": s for step, s in value.items()}
-        elif name not in ("name", "options", "slices", "findings", "success"):
+        elif name not in ("name", "mask_sha256", "options", "slices", "findings", "success"):
             row |= _flat(value, name) if isinstance(value, Mapping) else {name: _cell(value)}
     return {RENAMED.get(name, name): value for name, value in row.items()}
 
