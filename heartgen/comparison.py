@@ -17,9 +17,9 @@ from heartgen.mesh import HexMesh
 SAME_WALL = 0.15
 """By how much, as a share, left ventricular walls of one heart may differ in volume unremarked.
 
-Muscle keeps its volume within 4 % (Yin et al. 1996, doi:10.1152/ajpheart.1996.271.5.H1864); the rest
-is for contours: the median between the labels of diastole and systole is 15 % in 60 patients of ACDC,
-and 78 % of all pairs of these patients differ by more."""
+Muscle keeps its volume within 4 % (Yin et al. 1996, doi:10.1152/ajpheart.1996.271.5.H1864); more
+is for contours: between diastole and systole of 60 patients, labels differ by 15 % (median), and
+78 % of all pairs of these patients by more than that."""
 
 
 class HasMesh(Protocol):

@@ -114,7 +114,11 @@ def each(client: Client, work: Callable[[T], R], jobs: Sequence[T]) -> Iterator[
         for n, job in enumerate(jobs)
     }
     try:
-        for future in as_completed(futures):
+        ended = as_completed(futures)
+        for future in ended:
+            if future.status in ("pending", "lost"):  # with the worker that had the result
+                ended.add(future)
+                continue
             if future.status not in ("finished", "error"):
                 raise HeartgenError(
                     "the scheduler was lost: start it again, and give the same command to go on"

@@ -209,9 +209,10 @@ def _death(code: int) -> str:
         how = signal.Signals(-code).name
     except ValueError:
         how = f"exit code {code}"
-    return (
-        f"its process died each time it was tried ({how}), perhaps because memory ran out: {CROP}"
-    )
+    what = f"its process died each time it was tried ({how})"
+    if how == "SIGKILL":
+        return f"{what}, perhaps because memory ran out: {CROP}"
+    return f"{what}: please report it, with the mask if it may be shared"
 
 
 def _too_long(limit: float) -> str:

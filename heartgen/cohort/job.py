@@ -26,6 +26,12 @@ if TYPE_CHECKING:
 ROWS = "rows.json"
 """File of a job's folder that says what was done, and what came out."""
 
+TAKEN = (
+    "there is a folder of that name which a batch did not make, or which was changed since: move "
+    "it away, or choose another folder for the results"
+)
+"""Why a job is not begun."""
+
 STAGE = ".stage"
 """Folder in which folders of results grow until they are whole."""
 
@@ -86,6 +92,8 @@ def do(job: Job) -> list[Row]:
     """
     if (done := rows_of(job)) is not None:
         return done
+    if _is_taken(job):
+        return failed_rows(job, f"{job.home}: {TAKEN}")
     digest = ""
     try:
         with one_thread():
@@ -127,6 +135,11 @@ def is_as_asked(job: Job) -> bool:
     """Whether a job that is done was asked for the same as now."""
     found = _record(job)
     return found is not None and found["key"] == job.key()
+
+
+def _is_taken(job: Job) -> bool:
+    """Whether something else is where the folder of a job would be."""
+    return job.home is not None and job.home.exists() and _record(job) is None
 
 
 def _record(job: Job) -> Row | None:

@@ -7,14 +7,13 @@ from collections import Counter
 
 import pytest
 
+from benchmarks.faulty import Faulty
 from heartgen import samples
 from heartgen.cohort import Workers, batch, isolation
 from heartgen.cohort.isolation import TRIES, NoProcessError, do_apart, end_idle
 from heartgen.cohort.job import Job
 from heartgen.errors import HeartgenError, InputError
 from heartgen.options import Options
-
-from .faulty import Faulty
 
 QUICK = Options(elements=(1, 4, 2), refine=False)
 
@@ -132,6 +131,26 @@ def test_no_process_at_all_is_no_fault_of_a_case(job, monkeypatch, tmp_path):
     assert not (tmp_path / "cases").exists()
 
 
+def test_a_folder_that_is_no_result_is_left_alone_and_not_worked_for(job, tmp_path):
+    home = tmp_path / "cases" / "good"
+    home.mkdir(parents=True)
+    (home / "notes.txt").write_text("mine")
+    (row,) = do_apart(job(""))
+    assert "which a batch did not make" in row["status"]
+    assert not (tmp_path / "log").exists()
+    assert [file.name for file in home.iterdir()] == ["notes.txt"]
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"key": 1}', '{"key": 1, "rows": []}'])
+def test_a_record_that_was_damaged_is_not_believed(job, tmp_path, text):
+    do_apart(job("linalg"))
+    record = tmp_path / "cases" / "linalg" / "rows.json"
+    record.write_text(text)
+    (row,) = do_apart(job("linalg"))
+    assert "which was changed since" in row["status"]
+    assert record.read_text() == text
+
+
 def test_a_batch_of_faults_and_hearts_ends_with_all_hearts(mask, tmp_path):
     good = [Faulty(f"good{n}", mask, log=tmp_path / "log") for n in range(3)]
     bad = [Faulty(deed, mask, deed=deed, log=tmp_path / "log") for deed in REASONS]
@@ -175,6 +194,43 @@ def fails_on(number):
 
 def lacks(number):
     raise ModuleNotFoundError("No module named 'heartgen'")
+
+
+class Lost:
+    """What Dask gives for a result that a worker took with it: once lost, then done again."""
+
+    states = iter(["lost", "pending", "finished", "finished"])
+
+    @property
+    def status(self):
+        return next(self.states)
+
+    def result(self):
+        return "done"
+
+    def release(self):
+        pass
+
+
+def test_a_result_that_is_lost_with_its_worker_is_waited_for(monkeypatch):
+    from heartgen.cohort import cluster
+
+    class Completed(list):
+        def __iter__(self):
+            while self:
+                yield self.pop()
+
+        add = list.append
+
+    class Client:
+        def submit(self, *_, **__):
+            return Lost()
+
+        def cancel(self, *_, **__):
+            pass
+
+    monkeypatch.setattr(cluster, "as_completed", Completed)
+    assert list(cluster.each(Client(), len, ["job"])) == [("job", "done")]
 
 
 @pytest.mark.parametrize("limit", [0, -1, float("nan")])

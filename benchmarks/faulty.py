@@ -1,4 +1,4 @@
-"""Cases that do something to the process that reads them; importable by that process."""
+"""Cases that do something to the process that reads them; it has to be able to import them."""
 
 from __future__ import annotations
 
@@ -36,6 +36,12 @@ class Faulty(Case):
         return super().read(ventricles)
 
 
+def kill_worker():
+    """End the worker too, with which this process ends."""
+    os.kill(os.getppid(), signal.SIGKILL)
+    time.sleep(60)
+
+
 def raises(error):
     def deed():
         raise error
@@ -67,6 +73,7 @@ DEEDS = {
     "os._exit": lambda: os._exit(3),
     "killed": lambda: os.kill(os.getpid(), signal.SIGKILL),
     "crashes": lambda: os.kill(os.getpid(), signal.SIGSEGV),
+    "worker": kill_worker,
     "hangs": lambda: time.sleep(3600),
     "hog": hog,
 }
