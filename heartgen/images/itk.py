@@ -58,7 +58,7 @@ def read_itk(path: Path, form: str) -> Volume:
         values_declared = declared.values
     reader = sitk.ImageFileReader()
     reader.SetFileName(str(path))
-    with _silence(), _refusal(path.name):
+    with silence(), _refusal(path.name):
         library = sitk.ImageFileReader.GetImageIOFromFileName(str(path)).removesuffix("ImageIO")
         if library and library not in PICTURES:
             reader.ReadImageInformation()
@@ -75,7 +75,7 @@ def read_itk(path: Path, form: str) -> Volume:
     report(path.name, [check_dimensions(shape), check_data_type(_data_type(reader))])
     if math.prod(shape) > values_declared:
         refuse(path.name, "The header contradicts itself about the size: export the mask again.")
-    with _silence(), _refusal(path.name):
+    with silence(), _refusal(path.name):
         image = reader.Execute()
     values = sitk.GetArrayFromImage(image).T.reshape(shape[:3], order="F")
     n = len(shape)
@@ -120,7 +120,7 @@ def _refusal(name: str) -> Iterator[None]:
 
 
 @contextmanager
-def _silence() -> Iterator[None]:
+def silence() -> Iterator[None]:
     """Keep the messages of ITK's C++ off the terminal: what matters also comes as an exception."""
     process = import_module("SimpleITK").ProcessObject
     with _stderr_lock, open(os.devnull, "wb") as nowhere:

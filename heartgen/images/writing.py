@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from heartgen.errors import HeartgenError, InputError
 from heartgen.files import replacing
+from heartgen.images.itk import silence
 from heartgen.images.mask import Mask
 
 ENDINGS = (".nii", ".nii.gz", ".nrrd", ".mha")
@@ -62,8 +63,9 @@ def write_image(values: NDArray[np.generic], affine: NDArray[np.float64], path: 
 def _write(image: Any, temporary: Path, path: str | Path) -> None:
     """Write an image and read it again: on a full disk, libraries cut files off and say nothing."""
     try:
-        SimpleITK.WriteImage(image, str(temporary), useCompression=True)
-        found: Any = SimpleITK.ReadImage(str(temporary))
+        with silence():
+            SimpleITK.WriteImage(image, str(temporary), useCompression=True)
+            found: Any = SimpleITK.ReadImage(str(temporary))
         whole = np.array_equal(
             SimpleITK.GetArrayViewFromImage(found), SimpleITK.GetArrayViewFromImage(image)
         )

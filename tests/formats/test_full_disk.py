@@ -46,6 +46,7 @@ def run(code, *arguments):
         check=False,
     )
     assert answer.returncode == 0, answer.stderr
+    assert not answer.stderr
     return answer.stdout.splitlines()
 
 
