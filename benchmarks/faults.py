@@ -57,7 +57,7 @@ REASONS = {
     "block": "",
     "slice": "",
     "flat": "",
-    "taken": "which a batch did not make",
+    "taken": "without the results of this case",
 }
 """What the reason of each fault says; nothing in particular where it depends on the reader."""
 

@@ -27,8 +27,8 @@ ROWS = "rows.json"
 """File of a job's folder that says what was done, and what came out."""
 
 TAKEN = (
-    "there is a folder of that name which a batch did not make, or which was changed since: move "
-    "it away, or choose another folder for the results"
+    "there is a folder of that name without the results of this case: give the case another name, "
+    "move the folder away, or choose another one for the results"
 )
 """Why a job is not begun."""
 
@@ -148,7 +148,8 @@ def _record(job: Job) -> Row | None:
         return None
     try:
         record: Row = json.loads((job.home / ROWS).read_text(encoding="utf-8"))
-        return record if record["rows"] and "key" in record else None
+        known = "key" in record and all("status" in row for row in record["rows"])
+        return record if known and record["rows"] else None
     except (OSError, ValueError, LookupError, TypeError):  # not as it was written: not done
         return None
 
