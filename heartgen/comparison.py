@@ -11,7 +11,15 @@ import numpy as np
 
 from heartgen.errors import InputError, MeshError
 from heartgen.fields import Indices, Strains, clinical_indices, global_strains
+from heartgen.fields.indices import DENSITY
 from heartgen.mesh import HexMesh
+
+SAME_WALL = 0.15
+"""By how much, as a share, left ventricular walls of one heart may differ in volume unremarked.
+
+Muscle keeps its volume within 4 % (Yin et al. 1996, doi:10.1152/ajpheart.1996.271.5.H1864); more
+is for contours: between diastole and systole of 60 patients, labels differ by 15 % (median), and
+78 % of all pairs of these patients by more than that."""
 
 
 class HasMesh(Protocol):
@@ -40,7 +48,7 @@ class Comparison:
     strains : tuple of Strains or None
         Of each state against the diastole; None where elements do not correspond.
     notes : tuple of str
-        Why strains are missing, or of part of the wall only.
+        That the states may be of two hearts; why strains are missing, or of part of the wall only.
     """
 
     names: tuple[str, ...]
@@ -120,7 +128,21 @@ def compare(
         rv_stroke_volume=rv_stroke,
         rv_ejection_fraction=None if rv_stroke is None else rv_stroke / max(right),
         strains=strains,
-        notes=notes,
+        notes=_two_hearts(indices, called) + notes,
+    )
+
+
+def _two_hearts(indices: Sequence[Indices], names: Sequence[str]) -> tuple[str, ...]:
+    """A note if the walls differ more than those of one heart do."""
+    walls = np.array([found.lv_mass / DENSITY for found in indices])
+    small, large = int(walls.argmin()), int(walls.argmax())
+    more = walls[large] / walls[small] - 1
+    if not more > SAME_WALL:
+        return ()
+    return (
+        f"{names[large]} and {names[small]}: the left ventricle's wall has {walls[large]:.0f} and "
+        f"{walls[small]:.0f} ml, {more:.0%} more, though muscle keeps its volume: make sure that "
+        "these are states of one patient, and that the masks show the same part of the wall",
     )
 
 

@@ -90,12 +90,12 @@ def needing(whose: str, extra: str) -> Iterator[None]:
         ) from error
 
 
-def sentence(error: Exception) -> str:
+def sentence(error: BaseException) -> str:
     """Say what went wrong and what to do.
 
     Parameters
     ----------
-    error : Exception
+    error : BaseException
 
     Returns
     -------

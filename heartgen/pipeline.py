@@ -19,7 +19,8 @@ from heartgen.enhancement import enhance
 from heartgen.errors import InputError, recalling
 from heartgen.fairness import assess_fairness
 from heartgen.fields import FIELDS, FibreRule, clinical_indices, make_fields
-from heartgen.formats import cells_of, file_name, write_mesh, write_text
+from heartgen.fields.catalogue import DIRECTIONS, check_names
+from heartgen.formats import cells_of, fields_held, file_name, write_mesh, write_text
 from heartgen.images import Mask
 from heartgen.mesh import HexMesh, MeshField
 from heartgen.mesh.hermite import RIM
@@ -28,7 +29,7 @@ from heartgen.mesh.validity import certify
 from heartgen.options import HOLE_SHARE, Options, usual_elements
 from heartgen.refinement import fit_target, misfit, refine, relax, settings_for
 from heartgen.registration import Deformation, register
-from heartgen.report import REPORT, Report, measured, slices_of
+from heartgen.report import REPORT, Report, mask_sha256, measured, slices_of
 from heartgen.templates import biventricular_template, lv_template
 from heartgen.warping import warp
 
@@ -99,7 +100,8 @@ class Personalization:
             The files written.
         """
         folder, fields = Path(folder), tuple(fields)
-        made = self.fields((name for name in fields if isinstance(name, str)), rule)
+        named = check_names(name for name in fields if isinstance(name, str))
+        made = self.fields(_needed(named, formats), rule)
         own = tuple(field for field in fields if isinstance(field, MeshField))
         paths: list[Path] = []
         for name in formats:
@@ -291,6 +293,7 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
         unrefined = assess_fairness(enhanced)
     report = Report(
         name=start.mask.name,
+        mask_sha256=mask_sha256(start.mask),
         options=asdict(options),
         accuracy=accuracy,
         quality=quality,
@@ -316,6 +319,14 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
     return Personalization(
         start.mask, options, anatomy, start.template, deformations, warped, enhanced, mesh, report
     )
+
+
+def _needed(fields: Iterable[str], formats: Iterable[str]) -> list[str]:
+    """Names of the fields for which one of these formats has a place."""
+    held = {fields_held(name) for name in formats}
+    if "all" in held:
+        return list(fields)
+    return [name for name in fields if name == DIRECTIONS] if "directions" in held else []
 
 
 def _template(anatomy: Anatomy, options: Options) -> HexMesh:

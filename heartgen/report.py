@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import platform
 from dataclasses import asdict, dataclass, field
@@ -17,7 +18,7 @@ from heartgen.coverage import Coverage
 from heartgen.errors import InputError
 from heartgen.fairness import Fairness
 from heartgen.fields.indices import Indices
-from heartgen.images.mask import Finding
+from heartgen.images.mask import Finding, Mask
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import volume
 from heartgen.options import Options
@@ -109,6 +110,8 @@ class Report:
     ----------
     name : str
         The mask's name.
+    mask_sha256 : str
+        Of its voxels and their place, as of `mask_sha256`.
     options : dict
         Options of the run.
     accuracy : Accuracy
@@ -142,6 +145,7 @@ class Report:
     """
 
     name: str
+    mask_sha256: str
     options: dict[str, Any]
     accuracy: Accuracy
     quality: Quality
@@ -161,6 +165,11 @@ class Report:
     versions: dict[str, str] = field(default_factory=lambda: _versions())
 
     @property
+    def grain(self) -> str:
+        """What the limit of our rule is the diagonal of."""
+        return "pixel" if self.pixel_diagonal < self.voxel_diagonal else "voxel"
+
+    @property
     def paper_success(self) -> bool:
         """The paper's rule (section 3.5): error below the voxel diagonal and quality above 0.33."""
         return self.accuracy.mean < self.voxel_diagonal and self.quality.mean > QUALITY_THRESHOLD
@@ -174,8 +183,7 @@ class Report:
         """
         error, ratio = self.accuracy.mean, self.quality.mean
         said = {
-            f"the mean error is above the diagonal of a {_grain(self)}": error
-            >= self.pixel_diagonal,
+            f"the mean error is above the diagonal of a {self.grain}": error >= self.pixel_diagonal,
             f"the mean Jacobian ratio is below {QUALITY_THRESHOLD}": ratio <= QUALITY_THRESHOLD,
             self.quality.faults: not self.quality.valid,
         }
@@ -200,7 +208,7 @@ class Report:
         lines = [
             f"{self.name}: {verdict_of(self)}",
             f"  error    mean {a.mean:.3f}  95 % {a.p95:.3f}  max {a.max:.3f} mm"
-            f"  ({_grain(self)} diagonal {self.pixel_diagonal:.2f} mm)",
+            f"  ({self.grain} diagonal {self.pixel_diagonal:.2f} mm)",
             *_as_given(a),
             f"  quality  mean {q.mean:.3f}  min {q.min:.3f}  scaled Jacobian {q.scaled_mean:.3f}"
             f"  (threshold {QUALITY_THRESHOLD})",
@@ -221,11 +229,6 @@ def verdict_of(report: Report) -> str:
         return "success"
     by_paper = " (one by the paper's rule)" if report.paper_success else ""
     return f"NOT a success{by_paper}: {'; '.join(report.shortcomings)}"
-
-
-def _grain(report: Report) -> str:
-    """What the limit of the error is the diagonal of."""
-    return "pixel" if report.pixel_diagonal < report.voxel_diagonal else "voxel"
 
 
 def measured(anatomy: Anatomy, mesh: HexMesh) -> Measurements:
@@ -252,6 +255,11 @@ def measured(anatomy: Anatomy, mesh: HexMesh) -> Measurements:
         mesh_volume=volume(mesh) / ML,
         right=_right(anatomy),
     )
+
+
+def mask_sha256(mask: Mask) -> str:
+    """SHA-256 of the voxels of a mask and of their place, in hexadecimal digits."""
+    return hashlib.sha256(mask.voxels.tobytes() + mask.affine.tobytes()).hexdigest()
 
 
 def options_beside(mesh: Path) -> Options:

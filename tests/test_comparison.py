@@ -63,6 +63,24 @@ def test_other_elements_have_no_strains_and_it_says_so(beat: list[HexMesh]) -> N
     assert "elements correspond" in str(found)
 
 
+@pytest.mark.parametrize(
+    ("volume", "told"), [(1.1, False), (1.14, False), (1.16, True), (2.0, True)]
+)
+def test_two_hearts_are_told_by_the_volumes_of_their_walls(
+    beat: list[HexMesh], volume: float, told: bool
+) -> None:
+    scale = volume ** (1 / 3)
+    other = beat[0].transformed(np.diag([scale, scale, scale, 1.0]))
+    for states, names in (([beat[0], other], ["a", "b"]), ([other, beat[0]], ["b", "a"])):
+        found = heartgen.compare(states, names)
+        notes = [note for note in found.notes if "states of one patient" in note]
+        assert len(notes) == told
+        if told:
+            assert notes[0].startswith("b and a: the left ventricle's wall has")
+            assert f"{volume - 1:.0%} more" in notes[0]
+            assert notes[0] in str(found)
+
+
 def test_it_is_plain_data(beat: list[HexMesh]) -> None:
     read = json.loads(heartgen.compare(beat).to_json())
     assert read["names"] == ["1", "2"]
@@ -98,6 +116,6 @@ def test_strains_are_of_the_wall_that_corresponds(both: list[HexMesh]) -> None:
 def test_it_says_of_how_much_of_the_wall_they_are(both: list[HexMesh]) -> None:
     smaller = both[1].transformed(np.diag([0.8, 0.8, 0.8, 1.0]))
     found = heartgen.compare([both[0], smaller], ["large", "small"])
-    (note,) = found.notes
+    _, note = found.notes
     assert note.startswith(f"small: strains of {found.strains[1].share:.0%} of the wall: ")
     assert found.rv_ejection_fraction == pytest.approx(1 - 0.8**3, abs=0.1)

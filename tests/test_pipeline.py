@@ -318,6 +318,26 @@ def test_slices_that_are_shifted_are_moved_back_and_reported() -> None:
     assert auto.quality.valid
 
 
+@pytest.mark.parametrize(
+    ("formats", "made"),
+    [((), []), (("stl", "cheart"), []), (("pts", "stl"), ["fibres"]), (("pts", "vtu"), "all")],
+)
+def test_fields_are_made_for_formats_that_hold_them(fitted, tmp_path, monkeypatch, formats, made):
+    asked = []
+    monkeypatch.setattr(
+        "heartgen.pipeline.make_fields", lambda mesh, names, **_: asked.append(list(names)) or ()
+    )
+    fitted.write(tmp_path, formats)
+    assert asked == [list(heartgen.fields.FIELDS) if made == "all" else made]
+
+
+def test_an_invalid_mesh_whose_fields_cannot_be_made_has_a_report(fitted, tmp_path):
+    broken = replace(fitted, mesh=fitted.mesh.with_dofs(np.full_like(fitted.mesh.dofs, np.nan)))
+    assert [path.name for path in broken.write(tmp_path, ())] == ["report.json"]
+    with pytest.raises(InputError, match="'fibre' is not known"):
+        broken.write(tmp_path, (), fields=["fibre"])
+
+
 def test_write_gives_three_files(fitted: Personalization, tmp_path: Path) -> None:
     paths = fitted.write(tmp_path / "out")
     assert [p.name for p in paths] == ["mesh.exf", "mesh.vtu", "report.json"]

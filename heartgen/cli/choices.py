@@ -87,6 +87,9 @@ Ventricles = Annotated[
         help="What the mask shows: found out, the left ventricle alone, or both.",
     ),
 ]
+Overwrite = Annotated[
+    bool, typer.Option("--overwrite", help="Replace results of another heart in OUT.")
+]
 Debug = Annotated[bool, typer.Option("--debug", help="Show where in the code an error arose.")]
 NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Do not open it.")]
 Level = Annotated[

@@ -12,6 +12,7 @@ import typer
 from heartgen.cli.choices import Debug, Frame, Label, Labels, Level, RvWall, Truncate, Ventricles
 from heartgen.cli.comparing import app
 from heartgen.cli.outcome import check_folder, told
+from heartgen.cohort.workers import TIME_LIMIT
 from heartgen.errors import Cancelled, HeartgenError, InputError
 
 if TYPE_CHECKING:
@@ -71,6 +72,14 @@ Cluster = Annotated[
         "settings of Dask's configuration; --jobs says how many workers.",
     ),
 ]
+TimeLimit = Annotated[
+    float,
+    typer.Option(
+        metavar="MINUTES",
+        min=0.01,
+        help="After which a mesh that is not done is given up, and the next case begun.",
+    ),
+]
 Redo = Annotated[
     bool,
     typer.Option(
@@ -97,6 +106,7 @@ def batch(
     jobs: Jobs = None,
     scheduler: Scheduler = None,
     cluster: Cluster = None,
+    time_limit: TimeLimit = TIME_LIMIT,
     redo: Redo = False,
     debug: Debug = False,
 ) -> None:
@@ -116,7 +126,7 @@ def batch(
             [*(f"{k}={v}" for k, v in given.items()), *(settings or ())]
         )
         cases = find_cases(hearts, Selection(tuple(label or ()), labels, rv_wall, frame))
-        workers = cohort.Workers(jobs, scheduler, cluster)
+        workers = cohort.Workers(jobs, scheduler, cluster, time_limit)
         with _bar("meshing") as progress:
             table = cohort.batch(
                 cases, out, workers=workers, redo=redo, progress=progress, **choices
@@ -150,6 +160,7 @@ def sweep(
     jobs: Jobs = None,
     scheduler: Scheduler = None,
     cluster: Cluster = None,
+    time_limit: TimeLimit = TIME_LIMIT,
     redo: Redo = False,
     debug: Debug = False,
 ) -> None:
@@ -169,7 +180,7 @@ def sweep(
             [f"lod={lod}", f"elements={elements}", *(settings or ())]
         )
         cases = find_cases(hearts, Selection(tuple(label or ()), labels, rv_wall, frame))
-        workers = cohort.Workers(jobs, scheduler, cluster)
+        workers = cohort.Workers(jobs, scheduler, cluster, time_limit)
         with _bar("fitting") as progress:
             table = cohort.sweep(
                 cases, out=out, workers=workers, redo=redo, progress=progress, **choices
@@ -269,7 +280,7 @@ def _show(table: pd.DataFrame, out: Path) -> None:
 
 def _draw_tradeoff(table: pd.DataFrame, varied: list[str], out: Path) -> None:
     """Draw error against quality."""
-    from heartgen.formats import replacing
+    from heartgen.files import replacing
     from heartgen.viewing.tradeoff import draw_sweep
 
     path = out / "tradeoff.png"

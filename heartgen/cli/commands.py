@@ -19,6 +19,7 @@ from heartgen.cli.choices import (
     Level,
     MaskPath,
     NoBrowser,
+    Overwrite,
     RvWall,
     Septum,
     Shifts,
@@ -26,6 +27,7 @@ from heartgen.cli.choices import (
     Ventricles,
     Views,
 )
+from heartgen.cli.earlier import check_results
 from heartgen.cli.outcome import appearing_together, check_folder, check_picture, errors, told
 from heartgen.errors import MeshError
 
@@ -169,6 +171,7 @@ def fit(
         bool,
         typer.Option("--no-refine", help="Stop after the four steps of Lamata et al. (2014)."),
     ] = False,
+    overwrite: Overwrite = False,
     debug: Debug = False,
 ) -> None:
     """Fit a mesh to a mask and write it with its report.
@@ -204,6 +207,7 @@ def fit(
         rule = None if fibre_angles is None else rule_from_text(fibre_angles)
         selection = Selection(tuple(label or ()), labels, rv_wall, frame)
         heart = selection.read(mask, ventricles)
+        check_results(out, heart, overwrite)
         views = [selection.read(path, ventricles, view=True) for path in view or ()]
         result = _personalized([heart, *views], options)
         with appearing_together(out) as folder:
@@ -229,7 +233,7 @@ def inspect(
     with told(debug):
         from heartgen.anatomy import analyse_under
         from heartgen.cli.tables import console, show_anatomy, show_image
-        from heartgen.formats import replacing
+        from heartgen.files import replacing
         from heartgen.images.selecting import Selection
         from heartgen.options import Options
         from heartgen.viewing import draw_slices
@@ -251,6 +255,7 @@ def demo(
         Path, typer.Option("-o", "--out", metavar="OUT", help="Folder for all that is made.")
     ] = Path("out/demo"),
     sample: Annotated[str, typer.Option(metavar="NAME", help="Which sample heart.")] = "lifelike",
+    overwrite: Overwrite = False,
     debug: Debug = False,
 ) -> None:
     """Mesh a sample heart, and make a page that shows the result."""
@@ -262,6 +267,7 @@ def demo(
 
         check_folder(out)
         heart = samples.load(sample)
+        check_results(out, heart.mask, overwrite)
         errors.print(heart.description, style="dim", markup=False, soft_wrap=True)
         result = _personalized([heart.mask], Options())
         with appearing_together(out) as folder:

@@ -8,14 +8,12 @@ from typing import Annotated
 import typer
 
 from heartgen.cli.choices import Debug, Septum
+from heartgen.cli.earlier import MESHES
 from heartgen.cli.meshes import app
 from heartgen.cli.outcome import errors, told
 from heartgen.errors import InputError, needing
 
 __all__ = ["app"]
-
-MESHES = ("mesh.exf", "mesh.vtu")
-"""What a folder of a result may hold, the first of which is read."""
 
 
 @app.command()
@@ -69,7 +67,7 @@ def compare(
 
 
 def _mesh_of(result: Path) -> Path:
-    """The mesh that a path is, or that is in its folder."""
+    """The mesh that a path is, or the first that is in its folder."""
     if not result.is_dir():
         return result
     for name in MESHES:

@@ -9,7 +9,7 @@ import typer
 
 from heartgen.cli.choices import Debug, NoBrowser
 from heartgen.cli.commands import app
-from heartgen.cli.outcome import appearing_together, errors, told
+from heartgen.cli.outcome import errors, told
 from heartgen.errors import InputError, needing
 
 __all__ = ["app"]
@@ -129,8 +129,8 @@ def rasterize(
         image = drawn(found, shape, affine, partial)
         voxel = abs(float(np.linalg.det(affine[:3, :3])))
         share = float(image.sum(dtype=float)) * voxel / volume(found)
-        with appearing_together(out.parent) as folder:
-            write_image(image if partial else image.astype(np.uint8), affine, folder / out.name)
+        write_image(image if partial else image.astype(np.uint8), affine, out)
+        typer.echo(out)
         errors.print(f"{100 * share:.2f} % of the volume of the mesh are in the image")
 
 
@@ -177,7 +177,8 @@ def render(
     """Draw a mesh for print, a row for each colouring and a column for each view."""
     with told(debug):
         from heartgen.anatomy import analyse_under
-        from heartgen.formats import read_mesh, replacing
+        from heartgen.files import replacing
+        from heartgen.formats import read_mesh
         from heartgen.images import read_mask
         from heartgen.report import options_beside
 

@@ -14,6 +14,7 @@ from heartgen.images import Mask
 from heartgen.images.files import ENDINGS, stem
 from heartgen.images.folder import is_one_heart
 from heartgen.images.selecting import Selection
+from heartgen.report import mask_sha256
 
 NAME = re.compile(r"[^/\\\0-\x1f:*?\"<>|.][^/\\\0-\x1f:*?\"<>|]*")
 """A name that every system accepts for a folder, and that hides none."""
@@ -60,10 +61,9 @@ class Case:
 
     def digest(self) -> str:
         """SHA-256 of the file, of all files of a folder by name, or of voxels and affine."""
-        found = hashlib.sha256()
         if isinstance(self.source, Mask):
-            found.update(self.source.voxels.tobytes() + self.source.affine.tobytes())
-            return found.hexdigest()
+            return mask_sha256(self.source)
+        found = hashlib.sha256()
         for file in _files(self.source):
             with file.open("rb") as stream:
                 while block := stream.read(BLOCK):
@@ -75,7 +75,10 @@ class Case:
         told = [self.name, asdict(self.selection)]
         if isinstance(self.source, Mask):
             return [*told, self.digest()]
-        states = [file.stat() for file in _files(self.source)]
+        try:
+            states = [file.stat() for file in _files(self.source)]
+        except OSError:  # it cannot be looked at now: reading it will say why
+            return told
         return [*told, *([state.st_size, state.st_mtime_ns] for state in states)]
 
 

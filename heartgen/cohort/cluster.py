@@ -16,15 +16,19 @@ import dask
 from dask.system import CPU_COUNT
 from distributed import Client, LocalCluster, as_completed
 from distributed.scheduler import KilledWorker
+from distributed.system import MEMORY_LIMIT
 
 from heartgen.cohort.workers import Workers
-from heartgen.errors import HeartgenError, InputError
+from heartgen.errors import HeartgenError, InputError, sentence
 
 DEATH = (
-    "its process died each time it was tried, perhaps because it took more memory than a process "
+    "its worker died each time it was tried, perhaps because it took more memory than a worker "
     "may have: crop the image to the heart, or work in fewer processes"
 )
-"""Why there is no result where processes died; the system does not say more."""
+"""Why there is no result where workers died; the system does not say more."""
+
+ABSENT = (ImportError, AttributeError)
+"""What comes of workers that lack heartgen, or have another version of it."""
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -51,7 +55,7 @@ OWN = {
 
 @dataclass(frozen=True)
 class Died:
-    """What came of a task whose process died, again and again.
+    """What came of a task whose worker died, again and again, or could not take it.
 
     Attributes
     ----------
@@ -84,7 +88,7 @@ def connected(workers: Workers, tasks: int) -> Iterator[Client]:
 
 
 def each(client: Client, work: Callable[[T], R], jobs: Sequence[T]) -> Iterator[tuple[T, R | Died]]:
-    """Jobs and what came of them, as they are done; a job whose process dies is tried again.
+    """Jobs and what came of them, as they are done; a job whose worker dies is tried again.
 
     Parameters
     ----------
@@ -97,7 +101,7 @@ def each(client: Client, work: Callable[[T], R], jobs: Sequence[T]) -> Iterator[
     ------
     job
     result : object or Died
-        `Died` where the process died every time.
+        `Died` where the worker died every time, or the work raised something all the same.
 
     Raises
     ------
@@ -110,7 +114,11 @@ def each(client: Client, work: Callable[[T], R], jobs: Sequence[T]) -> Iterator[
         for n, job in enumerate(jobs)
     }
     try:
-        for future in as_completed(futures):
+        ended = as_completed(futures)
+        for future in ended:
+            if future.status in ("pending", "lost"):  # with the worker that had the result
+                ended.add(future)
+                continue
             if future.status not in ("finished", "error"):
                 raise HeartgenError(
                     "the scheduler was lost: start it again, and give the same command to go on"
@@ -120,11 +128,13 @@ def each(client: Client, work: Callable[[T], R], jobs: Sequence[T]) -> Iterator[
                 yield futures[future], future.result()
             elif isinstance(error, KilledWorker):
                 yield futures[future], Died(DEATH)
-            else:
+            elif isinstance(error, ABSENT):
                 raise HeartgenError(
                     f"the workers cannot run heartgen ({type(error).__name__}: {error}): install "
                     "there what is installed here"
                 )
+            else:
+                yield futures[future], Died(sentence(error))
             del futures[future]
             future.release()
     finally:
@@ -158,6 +168,7 @@ def _started(workers: Workers, tasks: int) -> Iterator[Any]:
             LocalCluster(
                 n_workers=n,
                 threads_per_worker=1,
+                memory_limit=MEMORY_LIMIT // n,
                 processes=True,
                 dashboard_address=None,
                 silence_logs=logging.CRITICAL,

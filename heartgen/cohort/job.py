@@ -26,8 +26,18 @@ if TYPE_CHECKING:
 ROWS = "rows.json"
 """File of a job's folder that says what was done, and what came out."""
 
+TAKEN = (
+    "there is a folder of that name without the results of this case: give the case another name, "
+    "move the folder away, or choose another one for the results"
+)
+"""Why a job is not begun."""
+
 STAGE = ".stage"
 """Folder in which folders of results grow until they are whole."""
+
+
+class NoPlaceError(HeartgenError):
+    """The folder of a job cannot be written: neither can the reason."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +92,8 @@ def do(job: Job) -> list[Row]:
     """
     if (done := rows_of(job)) is not None:
         return done
+    if _is_taken(job):
+        return failed_rows(job, f"{job.home}: {TAKEN}")
     digest = ""
     try:
         with one_thread():
@@ -89,19 +101,20 @@ def do(job: Job) -> list[Row]:
             results = pipeline.personalize_levels(
                 job.case.read(job.options.ventricles), job.levels, job.options
             )
-    except Exception as error:  # of one case; the others go on
-        return give_up(job, sentence(error), digest)
-    rows = [row_of(job.case, digest, result.report) for result in results]
-    try:
-        return _keep(job, rows, results)
-    except HeartgenError as error:
+            rows = [row_of(job.case, digest, result.report) for result in results]
+            return _keep(job, rows, results)
+    except NoPlaceError as error:
         return failed_rows(job, str(error), digest)
+    except (Exception, SystemExit) as error:  # of one case; the others go on
+        return give_up(job, sentence(error), digest)
 
 
 def give_up(job: Job, reason: str, digest: str = "") -> list[Row]:
     """Leave the reason why there is no mesh."""
     rows = failed_rows(job, reason, digest)
-    with suppress(HeartgenError):  # a folder that cannot be written: the rows are told all the same
+    with suppress(
+        HeartgenError, OSError
+    ):  # a folder that cannot be written: the rows are told all the same
         return _keep(job, rows, ())
     return rows
 
@@ -124,12 +137,21 @@ def is_as_asked(job: Job) -> bool:
     return found is not None and found["key"] == job.key()
 
 
+def _is_taken(job: Job) -> bool:
+    """Whether something else is where the folder of a job would be."""
+    return job.home is not None and job.home.exists() and _record(job) is None
+
+
 def _record(job: Job) -> Row | None:
     """What the folder of a job says of it."""
     if job.home is None or not (job.home / ROWS).is_file():
         return None
-    record: Row = json.loads((job.home / ROWS).read_text(encoding="utf-8"))
-    return record
+    try:
+        record: Row = json.loads((job.home / ROWS).read_text(encoding="utf-8"))
+        known = "key" in record and all("status" in row for row in record["rows"])
+        return record if known and record["rows"] else None
+    except (OSError, ValueError, LookupError, TypeError):  # not as it was written: not done
+        return None
 
 
 def _keep(job: Job, rows: list[Row], results: Sequence[Personalization]) -> list[Row]:
@@ -146,7 +168,7 @@ def _keep(job: Job, rows: list[Row], results: Sequence[Personalization]) -> list
     except OSError as error:
         if (done := rows_of(job)) is not None:  # a twin was faster, on a worker thought dead
             return done
-        raise HeartgenError(
+        raise NoPlaceError(
             f"{job.home}: the results cannot be written there ({error.strerror or error}): choose "
             "a folder with free space that all workers can write to"
         ) from error

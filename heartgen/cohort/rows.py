@@ -22,7 +22,7 @@ Row: TypeAlias = dict[str, Any]
 """Of a table of results, by column."""
 
 SUCCESS = "success"
-"""Status of a case whose mesh is valid and a success by the paper's rule (section 3.5)."""
+"""Status of a case whose mesh is a success by our rule (`Report.success`)."""
 
 FAILED = "failed: "
 """How the status of a case begins that ended without a mesh; the reason follows."""
@@ -71,7 +71,7 @@ def row_of(case: Case, digest: str, report: Report) -> Row:
     judged, parts = verdict(report), report.to_dict()
     row = _head(case, digest, report.options) | {
         "status": _status(judged),
-        "success": report.success and report.quality.valid,
+        "success": report.success,
         "seconds": round(sum(report.seconds.values()), 3),
         "findings": "; ".join(f"{f.check}: {f.message}" for f in report.findings),
     }
@@ -80,7 +80,7 @@ def row_of(case: Case, digest: str, report: Report) -> Row:
             row |= _flat(value, PARTS[name])
         elif name == "seconds":
             row |= {f"seconds_{step.replace(' ', '_')}": s for step, s in value.items()}
-        elif name not in ("name", "options", "slices", "findings", "success"):
+        elif name not in ("name", "mask_sha256", "options", "slices", "findings", "success"):
             row |= _flat(value, name) if isinstance(value, Mapping) else {name: _cell(value)}
     return {RENAMED.get(name, name): value for name, value in row.items()}
 
@@ -88,7 +88,7 @@ def row_of(case: Case, digest: str, report: Report) -> Row:
 def failed_row(case: Case, digest: str, options: Options, reason: str) -> Row:
     """The row of a case that ended without a mesh."""
     return _head(case, digest, asdict(options)) | {
-        "status": FAILED + reason,
+        "status": FAILED + " ".join(writable(reason).split()),
         "success": False,
         "valid": False,
     }
@@ -121,13 +121,18 @@ def _head(case: Case, digest: str, options: Mapping[str, Any]) -> Row:
 
     source = case.source
     return {
-        "case": case.name,
-        "group": case.group,
-        "mask": source.name if isinstance(source, Mask) else str(source),
+        "case": writable(case.name),
+        "group": writable(case.group),
+        "mask": writable(source.name if isinstance(source, Mask) else str(source)),
         "sha256": digest,
         **_selected(case.selection),
         **{name: _cell(value) for name, value in options.items()},
     }
+
+
+def writable(text: str) -> str:
+    """A text that every file takes: bytes of a file name that are no letters, as their numbers."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def _selected(selection: Selection) -> Row:

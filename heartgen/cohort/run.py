@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -84,7 +85,13 @@ def _each(jobs: Sequence[Job], workers: Workers | None) -> Iterator[tuple[Job, l
         yield from ((job, do(job)) for job in jobs)
         return
     from heartgen.cohort.cluster import Died, connected, each
+    from heartgen.cohort.isolation import MINUTE, do_apart, end_idle
 
+    limit = None if workers.time_limit is None else MINUTE * workers.time_limit
     with connected(workers, len(jobs)) as client:
-        for job, found in each(client, do, jobs):
-            yield job, give_up(job, found.reason) if isinstance(found, Died) else found
+        try:
+            for job, found in each(client, partial(do_apart, limit=limit), jobs):
+                yield job, give_up(job, found.reason) if isinstance(found, Died) else found
+        finally:
+            if workers.scheduler is not None:  # these workers stay, what they started should not
+                client.run(end_idle, on_error="ignore")

@@ -15,7 +15,7 @@ from filelock import FileLock, Timeout
 from heartgen.cohort.job import STAGE, Job, is_as_asked, rows_of
 from heartgen.cohort.rows import FAILED, Row, table_of
 from heartgen.errors import HeartgenError, InputError
-from heartgen.formats import replacing
+from heartgen.files import replacing
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -20,6 +20,9 @@ from heartgen.mesh.hexmesh import HexMesh
 FIBRE, SHEET, SHEET_NORMAL = "fibre", "sheet", "sheet normal"
 """Names of the fields of directions."""
 
+DIRECTIONS = "fibres"
+"""By which these three are asked for."""
+
 FIBRE_ANGLES = "fibre angles"
 """Name of the field of angles from which cmGui, zinc and OpenCMISS make fibres."""
 
@@ -110,7 +113,7 @@ def _curvature(mesh: HexMesh, _: HeartAxes, __: FibreRule) -> list[MeshField]:
 FIELDS: dict[str, Callable[[HexMesh, HeartAxes, FibreRule], list[MeshField]]] = {
     "coordinates": _coordinates,
     "aha": _segments,
-    "fibres": _fibres,
+    DIRECTIONS: _fibres,
     "angles": _angles,
     "thickness": _thickness,
     "curvature": _curvature,

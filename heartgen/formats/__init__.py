@@ -3,10 +3,17 @@
 from heartgen.formats.assembled import MeshFile
 from heartgen.formats.ex1 import write_ex1
 from heartgen.formats.exf import write_exf
-from heartgen.formats.files import Written, replacing, write_text
+from heartgen.formats.files import Written, write_text
 from heartgen.formats.reading import READERS, convert, read_mesh, read_mesh_file
 from heartgen.formats.resampling import Resampling
-from heartgen.formats.table import FORMATS, Format, cells_of, file_name, write_mesh
+from heartgen.formats.table import (
+    FORMATS,
+    Format,
+    cells_of,
+    fields_held,
+    file_name,
+    write_mesh,
+)
 from heartgen.formats.vtu import write_vtu
 
 __all__ = [
@@ -18,10 +25,10 @@ __all__ = [
     "Written",
     "cells_of",
     "convert",
+    "fields_held",
     "file_name",
     "read_mesh",
     "read_mesh_file",
-    "replacing",
     "write_ex1",
     "write_exf",
     "write_mesh",

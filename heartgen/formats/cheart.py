@@ -6,13 +6,14 @@ first, then the others, each with xi1 running fastest.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
-from heartgen.formats.files import Written, write_text
+from heartgen.formats.files import Written, write_texts
 from heartgen.formats.resampling.data import Data
 from heartgen.formats.resampling.kinds import Kind
 from heartgen.formats.resampling.resample import Resampled
@@ -50,11 +51,11 @@ def write_cheart(cells: Resampled, path: Path, data: Data) -> Written:
         ".T": [f"{len(nodes)} {len(cells.points)}", *rows(nodes)],
         ".B": _boundary(cells),
     }
-    for ending, lines in texts.items():
-        write_text("\n".join(lines) + "\n", path.with_suffix(ending))
+    written = write_texts(
+        {path.with_suffix(ending): "\n".join(lines) + "\n" for ending, lines in texts.items()}
+    )
     patches = ", ".join(f"{n} {name}" for n, name in enumerate(cells.surfaces, start=1))
-    files = tuple(path.with_suffix(ending) for ending in texts)
-    return Written(files, (f"patches of {files[-1].name}: {patches}",))
+    return replace(written, notes=(f"patches of {written.files[-1].name}: {patches}",))
 
 
 def _boundary(cells: Resampled) -> list[str]:

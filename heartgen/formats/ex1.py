@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from heartgen.formats.exf import NODESET, field_head, structure_comments
 from heartgen.formats.exmodel import ExBlock, ExModel, ex_model
-from heartgen.formats.files import Written, write_text
+from heartgen.formats.files import Written, write_texts
 from heartgen.formats.groups import Group
 from heartgen.formats.skeleton import COLLAPSED
 from heartgen.mesh.field import MeshField
@@ -62,11 +62,9 @@ def write_ex1(
     """
     model = ex_model(mesh, fields, groups)
     texts = ((NODES, _node_file(model)), (ELEMENTS, _element_file(model)))
-    files = [
-        write_text("\n".join(lines) + "\n", Path(path).with_suffix(ending)).files
-        for ending, lines in texts
-    ]
-    return Written(tuple(file for each in files for file in each))
+    return write_texts(
+        {Path(path).with_suffix(ending): "\n".join(lines) + "\n" for ending, lines in texts}
+    )
 
 
 def _node_file(model: ExModel) -> Iterator[str]:

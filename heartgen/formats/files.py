@@ -1,15 +1,14 @@
-"""Files that appear whole or not at all, whatever happens while they are written."""
+"""Text files, and what writing a mesh made."""
 
 from __future__ import annotations
 
-import os
-import uuid
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-from heartgen.errors import HeartgenError, InputError
+from heartgen.errors import InputError
+from heartgen.files import flush, replacing
 
 
 @dataclass(frozen=True)
@@ -47,9 +46,32 @@ def write_text(text: str, path: str | Path) -> Written:
     HeartgenError
         If the file cannot be written; an earlier one is then untouched.
     """
-    with replacing(path) as temporary:
-        temporary.write_bytes(text.encode())
-    return Written((Path(path),))
+    return write_texts({Path(path): text})
+
+
+def write_texts(texts: Mapping[Path, str]) -> Written:
+    """Write text files that belong together: none takes its place before all are written.
+
+    Parameters
+    ----------
+    texts : mapping of Path to str
+        As of `write_text`.
+
+    Returns
+    -------
+    Written
+
+    Raises
+    ------
+    HeartgenError
+        If one cannot be written; earlier ones are then untouched.
+    """
+    with ExitStack() as all_of_them:
+        temporaries = [all_of_them.enter_context(replacing(path)) for path in texts]
+        for temporary, text in zip(temporaries, texts.values(), strict=True):
+            temporary.write_bytes(text.encode())
+            flush(temporary)
+    return Written(tuple(texts))
 
 
 def read_text(path: str | Path) -> str:
@@ -70,43 +92,3 @@ def read_text(path: str | Path) -> str:
         raise InputError(
             f"{path}: The file cannot be read ({error.strerror or error}): give one that exists."
         ) from error
-
-
-@contextmanager
-def replacing(path: str | Path) -> Iterator[Path]:
-    """Lend a temporary file of the same folder and ending; it becomes the file on success.
-
-    Parameters
-    ----------
-    path : path
-        Its folder is created if absent. A file of that name is replaced when the block ends; if
-        the block fails or is interrupted, it is untouched and the temporary file is removed.
-
-    Yields
-    ------
-    Path
-        Where to write.
-
-    Raises
-    ------
-    HeartgenError
-        If the file cannot be written.
-    """
-    target = Path(os.path.realpath(path))  # a link stays a link to the new file
-    temporary = target.with_name(f".{uuid.uuid4().hex}{target.suffix}")
-    try:
-        if target.exists() and not target.is_file():
-            raise HeartgenError(f"{path}: This is not a file: choose another name.")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        yield temporary
-        with temporary.open("rb+") as file:
-            os.fsync(file.fileno())
-        temporary.replace(target)
-    except OSError as error:
-        raise HeartgenError(
-            f"{path}: The file cannot be written ({error.strerror or error}): choose a folder with "
-            "free space in which you may write."
-        ) from error
-    finally:
-        with suppress(OSError):  # it has become the file, or never was
-            temporary.unlink()

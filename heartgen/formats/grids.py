@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -40,7 +41,7 @@ XDMF = {
 """XDMF's numbers of the cell types; the order of their nodes is that of VTK."""
 
 XDMF_TYPES = {1: "Scalar", 3: "Vector", 6: "Tensor6", 9: "Tensor"}
-"""What XDMF calls data, by the number of components; ``Matrix`` for others."""
+"""What XDMF calls data, by the number of components."""
 
 
 def write_cells_vtu(cells: Resampled, path: Path, data: Data) -> Written:
@@ -57,10 +58,12 @@ def write_cells_vtu(cells: Resampled, path: Path, data: Data) -> Written:
 def write_xdmf(cells: Resampled, path: Path, data: Data) -> Written:
     """Write a resampled mesh as one XDMF file without HDF5 beside it; data as in `write_cells_vtu`.
 
+    Data with a number of components that XDMF has no name for are written component by component.
     mm, world (LPS).
     """
     root = ET.Element("Xdmf", {"Version": "3.0"})
     grid = ET.SubElement(ET.SubElement(root, "Domain"), "Grid", {"Name": path.stem})
+    ET.SubElement(grid, "Time", {"Value": "0"})  # PyVista opens no file without a time
     count = {"NumberOfElements": str(cells.n_cells)}
     if len(cells.cells) == 1:
         kind, nodes = cells.cells[0].kind.name, cells.cells[0].nodes
@@ -75,9 +78,8 @@ def write_xdmf(cells: Resampled, path: Path, data: Data) -> Written:
         _item(topology, np.concatenate(mixed))
     _item(ET.SubElement(grid, "Geometry", {"GeometryType": "XYZ"}), cells.points)
     for centre, found in (("Node", _of_points(cells, data)), ("Cell", _of_cells(cells, data))):
-        for name, values in found.items():
-            components = 1 if values.ndim == 1 else values.shape[1]
-            kind = XDMF_TYPES.get(components, "Matrix")
+        for name, values in _nameable(found):
+            kind = XDMF_TYPES[1 if values.ndim == 1 else values.shape[1]]
             about = {"Name": name, "AttributeType": kind, "Center": centre}
             _item(ET.SubElement(grid, "Attribute", about), values)
     text = ET.tostring(root, encoding="unicode", xml_declaration=True)
@@ -95,6 +97,17 @@ XDMF_NAMES = {
     "tet10": "Tetrahedron_10",
 }
 """XDMF's names of the cell types."""
+
+
+def _nameable(
+    data: dict[str, NDArray[np.generic]],
+) -> Iterator[tuple[str, NDArray[np.generic]]]:
+    """Data with numbers of components that XDMF has a name for."""
+    for name, values in data.items():
+        if values.ndim == 1 or values.shape[1] in XDMF_TYPES:
+            yield name, values
+        else:
+            yield from ((f"{name} {k + 1}", part) for k, part in enumerate(values.T))
 
 
 def _item(parent: ET.Element, values: NDArray[np.generic]) -> None:

@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.formats.files import Written, write_text
+from heartgen.formats.directions import restored
+from heartgen.formats.files import Written, write_texts
 from heartgen.formats.regions import Tags, places, tags
 from heartgen.mesh.bernstein import ORDER
 from heartgen.mesh.field import MeshField, fitting
@@ -79,13 +80,18 @@ def write_mfem(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField] = ()
         *("", "vertices", str(vertices.max() + 1), "", "nodes"),
         *_grid_function("H1_3D_P3", points),
     ]
-    files = list(write_text("\n".join(lines) + "\n", path).files)
+    texts = {path: lines}
+    sampled = {
+        field.name: field.values if field.per_element else field.evaluate(_lobatto_lattice())
+        for field in fields
+    }
+    values_of = restored(fields, sampled)
     for field, name in zip(fields, _plain([field.name for field in fields]), strict=True):
         space = "L2_3D_P0" if field.per_element else "L2_T1_3D_P3"
-        values = field.values if field.per_element else field.evaluate(_lobatto_lattice())
-        text = "\n".join(_grid_function(space, values.reshape(-1, field.components)))
-        files += write_text(text + "\n", path.with_name(f"{path.stem}-{name}.gf")).files
-    return Written(tuple(files))
+        values = values_of[field.name]
+        lines = list(_grid_function(space, values.reshape(-1, field.components)))
+        texts[path.with_name(f"{path.stem}-{name}.gf")] = lines
+    return write_texts({file: "\n".join(lines) + "\n" for file, lines in texts.items()})
 
 
 def _degrees_of_freedom(

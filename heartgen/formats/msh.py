@@ -1,7 +1,8 @@
 """Gmsh MSH 2.2: the mesh as hexahedra of order 3 for Gmsh, MFEM, meshio, exactly.
 
 Regions and surfaces are physical groups. Fields are data of the elements' own points, so that they
-may jump where elements meet. mm, world (LPS).
+may jump where elements meet; so are those that are constant in each element, for meshio refuses
+data of elements (``$ElementData``) where there are faces beside them. mm, world (LPS).
 """
 
 from __future__ import annotations
@@ -99,24 +100,23 @@ def _section(name: str, rows: list[str]) -> Iterator[str]:
 
 def _views(field: MeshField, order: NDArray[np.intp]) -> Iterator[str]:
     """Data of the elements; a field of an odd size is written component by component."""
+    shape = (len(field.values), len(order), field.components)
+    values = np.broadcast_to(field.values[:, None], shape) if field.per_element else field.values
     if field.components in SIZES:
-        yield from _view(field.name, field.values, order)
+        yield from _view(field.name, values, order)
         return
     for k in range(field.components):
-        yield from _view(f"{field.name} {k + 1}", field.values[..., k, None], order)
+        yield from _view(f"{field.name} {k + 1}", values[..., k, None], order)
 
 
 def _view(name: str, values: NDArray[np.float64], order: NDArray[np.intp]) -> Iterator[str]:
-    """One named set of data, (e, 64, k) or (e, k)."""
-    per_element = values.ndim == 2
-    section = "ElementData" if per_element else "ElementNodeData"
+    """One named set of data, (e, 64, k)."""
     quoted = name.replace('"', "'")
-    yield from (f"${section}", "1", f'"{quoted}"', "1", "0")
+    yield from ("$ElementNodeData", "1", f'"{quoted}"', "1", "0")
     yield from ("3", "0", str(values.shape[-1]), str(len(values)))
     for e, row in enumerate(values, 1):
-        count = "" if per_element else f"{len(order)} "
-        yield f"{e} {count}{_reals(row.ravel() if per_element else row[order].ravel())}"
-    yield f"$End{section}"
+        yield f"{e} {len(order)} {_reals(row[order].ravel())}"
+    yield "$EndElementNodeData"
 
 
 def _numbers(points: NDArray[np.intp]) -> str:

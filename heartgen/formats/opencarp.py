@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from heartgen.errors import MeshError
-from heartgen.formats.files import Written, write_text
+from heartgen.formats.files import Written, write_texts
 from heartgen.formats.resampling.data import Data
 from heartgen.formats.resampling.resample import Resampled
 from heartgen.formats.text import rows
@@ -45,8 +45,6 @@ def write_opencarp(cells: Resampled, path: Path, data: Data) -> Written:
         points = np.unique(triangles)
         texts[f".{name}.surf"] = [str(len(triangles)), *(f"Tr {row}" for row in rows(triangles))]
         texts[f".{name}.vtx"] = [str(len(points)), "extra", *rows(points[:, None])]
-    written = [
-        write_text("\n".join(lines) + "\n", path.with_suffix(ending))
-        for ending, lines in texts.items()
-    ]
-    return Written(tuple(file for each in written for file in each.files))
+    return write_texts(
+        {path.with_suffix(ending): "\n".join(lines) + "\n" for ending, lines in texts.items()}
+    )

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.formats.files import Written, replacing, write_text
+from heartgen.files import replacing
+from heartgen.formats.files import Written, write_text
 from heartgen.formats.resampling.resample import Resampled
 from heartgen.formats.text import rows
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 from heartgen.errors import InputError
 from heartgen.formats.abaqus import write_abaqus
@@ -105,10 +106,10 @@ FORMATS = _table(
     Format("vtu", ".vtu", "VTK, cubic cells: ParaView, PyVista", write_vtu),
     Format("vtu-bezier", ".vtu", "VTK, Bezier cells: ParaView, PyVista", write_bezier_vtu),
     Format("vtk", ".vtk", "legacy VTK 5.1, cubic cells: ParaView, meshio", write_legacy_vtk),
-    Format("msh", ".msh", "Gmsh MSH 2.2, order 3: Gmsh, MFEM", write_msh),
+    Format("msh", ".msh", "Gmsh MSH 2.2, order 3: Gmsh, MFEM, meshio", write_msh),
     Format("mfem", ".mesh", "MFEM, order 3", write_mfem),
     _of_cells("vtu-cells", ".vtu", "VTK, simple cells: ParaView, svFSI", write_cells_vtu, "hex8"),
-    _of_cells("xdmf", ".xdmf", "XDMF: FEniCS, ParaView", write_xdmf, "tet4"),
+    _of_cells("xdmf", ".xdmf", "XDMF: FEniCS, ParaView, PyVista", write_xdmf, "tet4"),
     _of_cells("inp", ".inp", "Abaqus, CalculiX", write_abaqus, "hex8", only_directions=True),
     _of_cells("feb", ".feb", "FEBio", write_febio, "hex8"),
     _of_cells("pts", ".pts", "openCARP", write_opencarp, "tet4", only_directions=True),
@@ -219,6 +220,15 @@ def cells_of(name: str, kind: str | None) -> Resampling | None:
     if kind is None or not isinstance(chosen, CellFormat) or chosen.only_surfaces:
         return None
     return Resampling(kind)
+
+
+def fields_held(name: str) -> Literal["all", "directions", "none"]:
+    """For which fields a format by its name has a place; directions are fibres and sheets."""
+    chosen = _named(name)
+    if not chosen.fields:
+        return "none"
+    how = chosen.write
+    return "directions" if isinstance(how, CellFormat) and how.only_directions else "all"
 
 
 def _ends(path: str | Path, format: Format) -> bool:

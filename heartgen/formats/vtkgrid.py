@@ -12,9 +12,13 @@ from numpy.typing import NDArray
 
 from heartgen.formats.files import Written, write_text
 
-VERSION = "2.2"
+VERSION, OLD_VERSION = "2.2", "1.0"
 """Of the file format. From 2.1 on readers take the last two vertical edges of cubic hexahedra in
-the order of `heartgen.formats.vtu`; in files that call themselves older they swap them."""
+the order of `heartgen.formats.vtu`; in files that call themselves older they swap them. Files of
+other cells are the same in all versions, and meshio reads those of the first alone."""
+
+LAGRANGE_CURVE = 68
+"""First of VTK's numbers of cells of any order; those of linear and quadratic ones are below."""
 
 TYPES = {
     "b": ("UInt8", "u1"),
@@ -59,7 +63,8 @@ def write_grid(
     """
     sizes = np.concatenate([np.full(len(nodes), nodes.shape[1]) for _, nodes in cells])
     types = np.concatenate([np.full(len(nodes), number) for number, nodes in cells])
-    attributes = {"type": "UnstructuredGrid", "version": VERSION, "byte_order": "LittleEndian"}
+    version = VERSION if types.max() >= LAGRANGE_CURVE else OLD_VERSION
+    attributes = {"type": "UnstructuredGrid", "version": version, "byte_order": "LittleEndian"}
     root = ET.Element("VTKFile", {**attributes, "header_type": "UInt64"})
     root.append(ET.Comment(" Coordinates in mm, world (LPS) "))
     grid = ET.SubElement(root, "UnstructuredGrid")

@@ -76,7 +76,7 @@ def read_itk(path: Path, form: str) -> Volume | Structures:
             "The header does not say how large the voxels are, and the size of the heart depends "
             f"on it: write {SPACING[form]} in mm into it.",
         )
-    with _silence(), _refusal(path.name):
+    with silence(), _refusal(path.name):
         image = reader.Execute()
     values = import_module("SimpleITK").GetArrayFromImage(image).T
     values = np.moveaxis(values, 0, -1) if listed else values.reshape(*shape[:3], -1, order="F")
@@ -100,7 +100,7 @@ def _reader(path: Path) -> Any:
     sitk = import_module("SimpleITK")
     reader = sitk.ImageFileReader()
     reader.SetFileName(str(path))
-    with _silence(), _refusal(path.name):
+    with silence(), _refusal(path.name):
         library = sitk.ImageFileReader.GetImageIOFromFileName(str(path)).removesuffix("ImageIO")
         if library and library not in PICTURES:
             reader.ReadImageInformation()
@@ -142,7 +142,7 @@ def _refusal(name: str) -> Iterator[None]:
 
 
 @contextmanager
-def _silence() -> Iterator[None]:
+def silence() -> Iterator[None]:
     """Keep the messages of ITK's C++ off the terminal: what matters also comes as an exception."""
     process = import_module("SimpleITK").ProcessObject
     with _stderr_lock, open(os.devnull, "wb") as nowhere:

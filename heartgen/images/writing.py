@@ -9,7 +9,9 @@ import numpy as np
 import SimpleITK
 from numpy.typing import NDArray
 
-from heartgen.errors import InputError
+from heartgen.errors import HeartgenError, InputError
+from heartgen.files import replacing
+from heartgen.images.itk import silence
 from heartgen.images.mask import Mask
 
 ENDINGS = (".nii", ".nii.gz", ".nrrd", ".mha")
@@ -31,7 +33,7 @@ def check_image_name(path: Path) -> None:
 
 
 def write_image(values: NDArray[np.generic], affine: NDArray[np.float64], path: str | Path) -> None:
-    """Write an image, compressed.
+    """Write an image, compressed; the file is read again, and appears whole or not at all.
 
     Parameters
     ----------
@@ -45,6 +47,8 @@ def write_image(values: NDArray[np.generic], affine: NDArray[np.float64], path: 
     ------
     InputError
         If the name ends otherwise.
+    HeartgenError
+        If the file cannot be written; an earlier one is then untouched.
     """
     check_image_name(Path(path))
     spacing = np.linalg.norm(affine[:3, :3], axis=0)
@@ -52,4 +56,23 @@ def write_image(values: NDArray[np.generic], affine: NDArray[np.float64], path: 
     image.SetSpacing(spacing.tolist())
     image.SetOrigin(affine[:3, 3].tolist())
     image.SetDirection((affine[:3, :3] / spacing).ravel().tolist())
-    SimpleITK.WriteImage(image, str(path), useCompression=True)
+    with replacing(path) as temporary:
+        _write(image, temporary, path)
+
+
+def _write(image: Any, temporary: Path, path: str | Path) -> None:
+    """Write an image and read it again: on a full disk, libraries cut files off and say nothing."""
+    try:
+        with silence():
+            SimpleITK.WriteImage(image, str(temporary), useCompression=True)
+            found: Any = SimpleITK.ReadImage(str(temporary))
+        whole = np.array_equal(
+            SimpleITK.GetArrayViewFromImage(found), SimpleITK.GetArrayViewFromImage(image)
+        )
+    except RuntimeError:  # all that SimpleITK says of any trouble
+        whole = False
+    if not whole:
+        raise HeartgenError(
+            f"{path}: The file cannot be written whole: choose a folder with free space in which "
+            "you may write."
+        )

@@ -60,24 +60,17 @@ class Section:
 
 
 def verdict(report: Report) -> Verdict:
-    """Judge a result: by its validity, then by the paper's rule of success (section 3.5)."""
-    accuracy, quality = report.accuracy, report.quality
-    if not quality.valid:
-        return Verdict("bad", f"not valid: {quality.faults}")
-    reasons = []
-    if not accuracy.mean < report.voxel_diagonal:
-        reasons.append(
-            f"the mean error, {number(accuracy.mean)} mm, is not below the diagonal of a voxel, "
-            f"{number(report.voxel_diagonal)} mm"
-        )
-    if not quality.mean > QUALITY_THRESHOLD:
-        reasons.append(f"the mean quality, {quality.mean:.3f}, is not above {QUALITY_THRESHOLD}")
-    if reasons:
-        return Verdict("doubtful", f"valid, but not a success: {' and '.join(reasons)}")
+    """Judge a result: by its validity, then by our rule of success."""
+    if not report.quality.valid:
+        return Verdict("bad", f"not valid: {report.quality.faults}")
+    if report.shortcomings:
+        by_paper = " (it is one by the paper's rule)" if report.paper_success else ""
+        reasons = "; ".join(report.shortcomings)
+        return Verdict("doubtful", f"valid, but not a success{by_paper}: {reasons}")
     return Verdict(
         "good",
-        f"success: valid everywhere, error below the diagonal of a voxel "
-        f"({number(report.voxel_diagonal)} mm), quality above {QUALITY_THRESHOLD}",
+        f"success: valid everywhere, all of the heart covered, error below the diagonal of a "
+        f"{report.grain} ({number(report.pixel_diagonal)} mm), quality above {QUALITY_THRESHOLD}",
     )
 
 

@@ -44,7 +44,7 @@ def test_failure_between_two_files_leaves_the_folder_as_it_was(
         raise failure
 
     monkeypatch.setattr(pipeline, "write_text", fail)  # the report comes after the meshes
-    outcome = run("fit", mask_file, "-o", tmp_path)
+    outcome = run("fit", mask_file, "-o", tmp_path, "--overwrite")
     assert outcome.exit_code == code
     assert "Traceback" not in outcome.output
     assert names(tmp_path) == files

@@ -98,7 +98,7 @@ def test_a_case_whose_process_dies_is_told_and_the_others_go_on():
         found = dict(each(client, suicidal, [False, True]))
     assert found[False] == "alive"
     assert isinstance(found[True], Died)
-    assert "its process died each time" in found[True].reason
+    assert "its worker died each time" in found[True].reason
 
 
 def suicidal(kill):

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from heartgen.errors import HeartgenError, InputError
-from heartgen.formats import FORMATS, file_name, replacing, write_mesh, write_text
+from heartgen.files import replacing
+from heartgen.formats import FORMATS, file_name, write_mesh, write_text
 from heartgen.mesh import MeshField
 
 OLD, NEW = "the file as it was\n", "the file as it should be\n"
@@ -70,7 +71,7 @@ def test_an_interrupted_writer_leaves_the_old_file(path, error):
 
 def test_a_killed_process_leaves_the_old_file(path):
     code = (
-        "import os, sys; from heartgen.formats import replacing\n"
+        "import os, sys; from heartgen.files import replacing\n"
         "with replacing(sys.argv[1]) as temporary:\n"
         f"    temporary.write_text({NEW[:5]!r}); os._exit(9)"
     )

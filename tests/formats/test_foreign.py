@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from heartgen.fields import make_fields
 from heartgen.formats import FORMATS, file_name, write_mesh
 from heartgen.mesh import HexMesh, MeshField
 from heartgen.mesh.jacobian import volume
@@ -139,10 +140,8 @@ class ByGmsh:
         for tag in self.gmsh.view.getTags():
             index = self.gmsh.view.getIndex(tag)
             if self.gmsh.option.getString(f"View[{index}].Name") == name:
-                kind, elements, data, _, components = self.gmsh.view.getModelData(tag, 0)
+                _, elements, data, _, components = self.gmsh.view.getModelData(tag, 0)
         data = np.array(data).reshape(len(elements), -1, components)[np.argsort(elements)]
-        if kind == "ElementData":
-            return np.repeat(data, len(xi), axis=1)
         _, basis, _ = self.gmsh.model.mesh.getBasisFunctions(
             self.type, (2 * xi - 1).ravel(), "Lagrange"
         )
@@ -283,3 +282,17 @@ def test_a_finite_element_library_finds_our_volume_in_its_mass_matrix(heart, tmp
     assert row_sums.GetDataArray().sum() == pytest.approx(volume(heart), rel=1e-9)
     named = set(heart.topology.surfaces)
     assert mesh.GetNBE() == sum(len(heart.topology.surfaces[name]) for name in named)
+
+
+def test_meshio_reads_the_gmsh_file_with_all_fields(heart, tmp_path):
+    meshio = pytest.importorskip("meshio")
+    (path,) = written(heart, tmp_path, "msh", make_fields(heart))
+    found = meshio.read(path)
+    named = heart.topology.surfaces
+    assert [(block.type, len(block)) for block in found.cells] == [
+        ("hexahedron64", heart.n_elements),
+        ("quad16", sum(len(faces) for faces in named.values())),
+    ]
+    assert set(found.field_data) >= set(named)
+    corners = found.points[found.cells[0].data[:, 0]]
+    assert_allclose(corners, heart.evaluate(np.zeros((1, 3)))[:, 0], rtol=0, atol=CLOSE)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from heartgen.formats.directions import FIBRE, SHEET, orthonormal, restored
 from heartgen.formats.resampling.resample import Resampled
 from heartgen.mesh.field import MeshField
 
@@ -15,9 +16,6 @@ Array = NDArray[np.float64]
 
 JUMP = 1e-9
 """Difference of the values at a point, over the largest value of the field, that is rounding."""
-
-FIBRE, SHEET = "fibre", "sheet"
-"""Names of the fields of directions, 3 components each, that simulation codes have a place for."""
 
 
 @dataclass(frozen=True)
@@ -39,17 +37,16 @@ class Data:
     cells: dict[str, Array]
 
     def directions(self) -> list[Array]:
-        """Fibre and, if there is one, sheet direction in each cell, (m, 3) unit vectors."""
-        out = []
+        """Fibre and, if there is one, sheet direction in each cell, (m, 3), orthonormal."""
+        found = []
         for name in (FIBRE, SHEET):
             if name not in self.cells or self.cells[name].shape[1] != 3:
                 break
-            along = self.cells[name]
-            out.append(along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300))
-        return out
+            found.append(self.cells[name])
+        return orthonormal(found)
 
     def axes(self) -> tuple[Array, Array] | None:
-        """Fibre direction and one in the plane of fibre and sheet in each cell, if known.
+        """Fibre direction and that of the sheet at right angles to it in each cell, if known.
 
         Without a sheet direction, the second is any across the fibre.
         """
@@ -74,25 +71,17 @@ def sample(cells: Resampled, fields: Iterable[MeshField]) -> Data:
     Returns
     -------
     Data
+        Directions of fibres and sheets are orthonormal where those of the fields are.
     """
+    fields = tuple(fields)
     points: dict[str, Array] = {}
-    centres: dict[str, Array] = {}
+    centres = restored(fields, {field.name: _at_centres(field, cells) for field in fields})
     nodes = np.concatenate([block.nodes.ravel() for block in cells.cells])
+    at_nodes = restored(fields, {field.name: _at_nodes(field, cells) for field in fields})
     for field in fields:
-        centres[field.name] = np.concatenate(
-            [
-                _at(field, block.element, block.xi[:, : block.kind.vertices].mean(1, keepdims=True))
-                for block in cells.cells
-            ]
-        )[:, 0]
         if field.per_element:
             continue
-        values = np.concatenate(
-            [
-                _at(field, block.element, block.xi).reshape(-1, field.components)
-                for block in cells.cells
-            ]
-        )
+        values = at_nodes[field.name]
         mean = np.empty((len(cells.points), field.components))
         count = np.bincount(nodes, minlength=len(mean))
         for k in range(field.components):
@@ -100,6 +89,23 @@ def sample(cells: Resampled, fields: Iterable[MeshField]) -> Data:
         if np.abs(values - mean[nodes]).max() <= JUMP * np.abs(values).max():
             points[field.name] = mean
     return Data(points, frozenset(centres) - frozenset(points), centres)
+
+
+def _at_centres(field: MeshField, cells: Resampled) -> Array:
+    """Values (m, k) in the middle of each cell."""
+    return np.concatenate(
+        [
+            _at(field, block.element, block.xi[:, : block.kind.vertices].mean(1, keepdims=True))
+            for block in cells.cells
+        ]
+    )[:, 0]
+
+
+def _at_nodes(field: MeshField, cells: Resampled) -> Array:
+    """Values (n, k) at all nodes of all cells."""
+    return np.concatenate(
+        [_at(field, block.element, block.xi).reshape(-1, field.components) for block in cells.cells]
+    )
 
 
 def _at(field: MeshField, element: NDArray[np.intp], xi: Array) -> Array:

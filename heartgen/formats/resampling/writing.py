@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from heartgen.errors import MeshError
+from heartgen.formats.directions import FIBRE, SHEET
 from heartgen.formats.files import Written
-from heartgen.formats.resampling.data import FIBRE, SHEET, Data, sample
+from heartgen.formats.resampling.data import Data, sample
 from heartgen.formats.resampling.fidelity import fidelity, surface_distance
 from heartgen.formats.resampling.kinds import TET4
 from heartgen.formats.resampling.resample import Resampled, Resampling, resample
