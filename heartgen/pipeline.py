@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from heartgen.anatomy import Anatomy, Cone, analyse_under, cone_through, with_hole, with_views
+from heartgen.anatomy import (
+    Anatomy,
+    Cone,
+    analyse_under,
+    cone_through,
+    raw_indicator,
+    with_hole,
+    with_views,
+)
 from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.clock import Clock, Progress
 from heartgen.concessions import fallen_back, fitted_less, poorer
@@ -286,6 +294,7 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
             anatomy.wall_volume,
             None if slices is None else slices.outline,
             None if slices is None or not slices.shifts.any() else slices.given,
+            raw_indicator(start.mask, anatomy) if slices is None else None,
         )
         quality = assess_quality(mesh)
         coverage = assess_coverage(mesh, start.mask, anatomy)

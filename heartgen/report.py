@@ -209,6 +209,7 @@ class Report:
             f"{self.name}: {verdict_of(self)}",
             f"  error    mean {a.mean:.3f}  95 % {a.p95:.3f}  max {a.max:.3f} mm"
             f"  ({self.grain} diagonal {self.pixel_diagonal:.2f} mm)",
+            *_raw(a),
             *_as_given(a),
             f"  quality  mean {q.mean:.3f}  min {q.min:.3f}  scaled Jacobian {q.scaled_mean:.3f}"
             f"  (threshold {QUALITY_THRESHOLD})",
@@ -229,6 +230,12 @@ def verdict_of(report: Report) -> str:
         return "success"
     by_paper = " (one by the paper's rule)" if report.paper_success else ""
     return f"NOT a success{by_paper}: {'; '.join(report.shortcomings)}"
+
+
+def _raw(accuracy: Accuracy) -> list[str]:
+    """The paper's error and the other direction, beside ours."""
+    raw = "" if accuracy.raw_mean is None else f"unsmoothed mask {accuracy.raw_mean:.3f}  "
+    return [f"           {raw}from mesh to mask {accuracy.reverse_mean:.3f} mm"]
 
 
 def measured(anatomy: Anatomy, mesh: HexMesh) -> Measurements:

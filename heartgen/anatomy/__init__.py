@@ -1,6 +1,6 @@
 """Shape analysis: what there is in the mask, where it points, how large it is."""
 
-from heartgen.anatomy.analysis import Anatomy, analyse, analyse_under
+from heartgen.anatomy.analysis import Anatomy, analyse, analyse_under, raw_indicator
 from heartgen.anatomy.base import Base
 from heartgen.anatomy.hole import Cone, cone_through, with_hole
 from heartgen.anatomy.plane import Plane
@@ -20,6 +20,7 @@ __all__ = [
     "analyse",
     "analyse_under",
     "cone_through",
+    "raw_indicator",
     "with_hole",
     "with_views",
 ]

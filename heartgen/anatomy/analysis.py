@@ -164,6 +164,23 @@ def analyse_under(mask: Mask, options: Options) -> Anatomy:
     )
 
 
+def raw_indicator(mask: Mask, anatomy: Anatomy) -> LevelSet:
+    """Level function of a dense mask as it is, steps and all, cut where its anatomy was truncated.
+
+    Parameters
+    ----------
+    mask : Mask
+    anatomy : Anatomy
+        Of this mask.
+
+    Returns
+    -------
+    LevelSet
+        mm, world (LPS); zero on the 0.5 isosurface of the paper (section 3.2).
+    """
+    return truncated_indicator(_cropped(mask), anatomy.base, anatomy.voxel, smooth=False)
+
+
 def _shape_of_volume(mask: Mask, truncate: float | str, ventricles: str, follow_rim: bool) -> Shape:
     """Pools, base and surfaces of a mask whose voxels fill the heart."""
     mask = _cropped(mask)

@@ -62,8 +62,8 @@ def mesh_surfaces(
     return surfaces, thickened
 
 
-def truncated_indicator(mask: Mask, base: Base, voxel: float) -> LevelSet:
-    """Level function of the wall from its smoothed indicator, cut at the truncation.
+def truncated_indicator(mask: Mask, base: Base, voxel: float, smooth: bool = True) -> LevelSet:
+    """Level function of the wall from its indicator, cut at the truncation.
 
     Parameters
     ----------
@@ -71,13 +71,16 @@ def truncated_indicator(mask: Mask, base: Base, voxel: float) -> LevelSet:
     base : Base
     voxel : float
         Voxel size, mm.
+    smooth : bool
+        Whether the indicator is smoothed.
 
     Returns
     -------
     LevelSet
-        Not a distance: one half minus the smoothed indicator, or the height in voxels.
+        Not a distance: one half minus the indicator, or the height in voxels.
     """
-    values = (0.5 - smooth_indicator(mask.voxels)).astype(np.float32)
+    inside = smooth_indicator(mask.voxels) if smooth else mask.voxels
+    values = (0.5 - inside).astype(np.float32)
     if base.truncation is None:
         return LevelSet(values, mask.affine)
     height = heights(LevelSet(values, mask.affine), base.surface)

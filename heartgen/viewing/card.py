@@ -74,6 +74,11 @@ def verdict(report: Report) -> Verdict:
     )
 
 
+def _raw(raw: float | None) -> tuple[tuple[str, str], ...]:
+    """The error to the mask's own steps, if it has any."""
+    return () if raw is None else (("mean, unsmoothed mask", f"{number(raw)} mm"),)
+
+
 def sections(report: Report) -> tuple[Section, ...]:
     """Accuracy, quality, fairness, the heart's sizes and the time taken."""
     a, q, m = report.accuracy, report.quality, report.measurements
@@ -86,14 +91,18 @@ def sections(report: Report) -> tuple[Section, ...]:
                 ("95 % below", f"{number(a.p95)} mm"),
                 ("largest", f"{number(a.max)} mm"),
                 *((SURFACE_NAMES[s], f"{number(d)} mm") for s, d in a.by_surface.items()),
+                *_raw(a.raw_mean),
                 ("from mesh to mask", f"{number(a.reverse_mean)} mm"),
                 ("overlap (Dice)", f"{a.dice:.3f}"),
+                ("wall covered", f"{report.coverage.wall:.1%}"),
+                ("outline covered", f"{report.coverage.contour:.1%}"),
             ),
         ),
         Section(
             "Quality of the elements",
             (
                 ("Jacobian ratio, mean", f"{q.mean:.3f}"),
+                ("... at 2, 3 Gauss points", ", ".join(f"{q.by_gauss[n]:.3f}" for n in "23")),
                 ("Jacobian ratio, least", f"{q.min:.3f}"),
                 ("mean before enhancement", f"{report.unenhanced_quality:.3f}"),
                 ("mean before refinement", f"{report.unrefined_quality:.3f}"),

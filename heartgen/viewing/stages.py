@@ -15,11 +15,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from heartgen.anatomy import Anatomy
+from heartgen.assessment import mean_error
 from heartgen.images import Mask
+from heartgen.images.isosurface import isosurface
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.viewing.slices import EPI, SLICES, SliceView, draw_section, slice_view
-from heartgen.viewing.surfaces import element_faces, mesh_surface, to_mask
+from heartgen.viewing.surfaces import element_faces, mesh_surface
 
 if TYPE_CHECKING:
     from heartgen.pipeline import Personalization
@@ -97,8 +99,8 @@ def draw_stages(result: Personalization) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        A picture for each stage, with its mean distance to the mask and its quality. Not bound to
-        any window.
+        A picture for each stage, with its mean error as the report has it, and its quality. Not
+        bound to any window.
     """
     stages = stages_of(result)
     moves = [partial(registered, result=result) if s.registered else None for s in stages]
@@ -120,7 +122,7 @@ def draw_mesh(mesh: HexMesh, mask: Mask, anatomy: Anatomy, title: str = "") -> F
     Returns
     -------
     matplotlib.figure.Figure
-        With the mean distance to the mask, and the quality. Not bound to any window.
+        With the mean error as the report has it, and the quality. Not bound to any window.
     """
     return _drawn(mask, anatomy, [title], [mesh], [None])
 
@@ -134,6 +136,8 @@ def _drawn(
 ) -> Figure:
     """A picture of each mesh, its points moved first where there is a move."""
     view = slice_view(mask, anatomy)
+    slices = anatomy.slices
+    target = isosurface(anatomy.myocardium) if slices is None else slices.outline
     size = (WIDTH * len(meshes), HEIGHT)
     figure = Figure(figsize=size, layout="constrained", facecolor="white")
     panels = figure.subplots(1, len(meshes), squeeze=False)[0]
@@ -144,10 +148,10 @@ def _drawn(
             for data in (faces, surface):
                 data.points = move(data.points).astype(np.float32)
         _draw_cut(axes, faces, view)
-        error = to_mask(np.asarray(surface.points, dtype=float), anatomy.myocardium).mean()
-        told = f"{title}\nto the mask {error:.2f} mm"
+        told = title
         if move is None:  # of moved points there is no mesh of their own
-            told += f", Q {jacobian_ratio(mesh).mean():.2f}"
+            error = mean_error(mesh, target)
+            told += f"\nerror {error:.2f} mm, Q {jacobian_ratio(mesh).mean():.2f}"
         axes.set_title(told, fontsize="medium")
         axes.set_axis_off()
     return figure
