@@ -12,7 +12,7 @@ from heartgen.anatomy.plausibility import check_proportions
     [
         (80, 25, 9, 1.2),
         (95, 33, 6, 1.8),
-        (65, 18, 16, 0.3),
+        (66, 10.3, 20, 0.09),
         (14, 3.2, 2.1, 0.27),
         (5, 1.5, 0.8, 0.6),
     ],
