@@ -34,8 +34,8 @@ LENGTH = Proportion(
     f"is too short for its width: {SPACING}",
     f"is too long for its width: {SPACING}",
 )
-"""Of the left pool over the outer radius of the wall: 1.35 to 3.15 in 160 hearts, man and rabbit, of
-which half at end systole."""
+"""Of the left pool over the outer radius of the wall: 1.35 to 3.15 in 160 hearts, man and rabbit,
+of which half at end systole."""
 
 THICKNESS = Proportion(
     0.07,
