@@ -60,7 +60,8 @@ class Coverage:
     Attributes
     ----------
     wall : float
-        Share of the mask's voxels below the base that lie in the mesh or within two pixels of it.
+        Share of the mask's voxels below the base that lie in the mesh or within two pixels of it,
+        papillary muscles aside.
     contour : float
         Share of the mask's outline (of a stack, of the contours in its slices) within two pixels of
         the mesh's surface.
@@ -118,18 +119,21 @@ def assess_coverage(mesh: HexMesh, mask: Mask, anatomy: Anatomy) -> Coverage:
     pixel = mask.pixel
     muscle = cKDTree(_samples(mesh, pixel))
     wall = _below(mask, anatomy, mask.voxels)
+    below, wall = len(wall), wall[_into_pools(anatomy, wall) < 0]
     near = np.asarray(muscle.query(_few(wall))[0] < NEAR * pixel)
     blood = [_below(mask, anatomy, pool) for pool in _deep_blood(mask)]
     inside = [np.mean(muscle.query(_few(points))[0] < pixel) for points in blood if len(points)]
     outline = isosurface(anatomy.myocardium) if anatomy.slices is None else anatomy.slices.outline
-    far = closest_points(mesh, mesh.topology.external, _few(outline.points)).distance
+    points, weights = _few(outline.points), _few(outline.weights)
+    far = closest_points(mesh, mesh.topology.external, points).distance
+    weights = weights * (_into_pools(anatomy, points) < NEAR * pixel)
     covered = float(near.mean())
     return Coverage(
         wall=covered,
-        contour=float(np.average(far < NEAR * pixel, weights=_few(outline.weights))),
+        contour=float(np.average(far < NEAR * pixel, weights=weights)),
         blood=float(max(inside, default=0.0)),
         missed=(1 - covered) * len(wall) * float(np.prod(mask.spacing)) / ML,
-        above=1 - len(wall) / int(mask.voxels.sum()),
+        above=1 - below / int(mask.voxels.sum()),
     )
 
 
@@ -148,6 +152,12 @@ def _below(mask: Mask, anatomy: Anatomy, voxels: NDArray[np.bool_]) -> Array:
     if anatomy.slices is not None:
         points = points - anatomy.slices.shift_at(points)
     return points[anatomy.base.surface.height(points) < 0]
+
+
+def _into_pools(anatomy: Anatomy, points: Array) -> Array:
+    """Depth (n,) of points (n, 3) in the pools, mm: of papillary muscles, which no mesh has."""
+    pools = [level for name, level in anatomy.surfaces.items() if name.endswith("endo")]
+    return np.asarray(-np.min([pool.sample(points)[0] for pool in pools], axis=0))
 
 
 def _deep_blood(mask: Mask) -> list[NDArray[np.bool_]]:

@@ -183,8 +183,11 @@ class Report:
         """
         error, ratio = self.accuracy.mean, self.quality.mean
         said = {
-            f"the mean error is above the diagonal of a {self.grain}": error >= self.pixel_diagonal,
-            f"the mean Jacobian ratio is below {QUALITY_THRESHOLD}": ratio <= QUALITY_THRESHOLD,
+            f"the mean error, {error:.2f} mm, is not below the diagonal of a {self.grain}, "
+            f"{self.pixel_diagonal:.2f} mm": not error < self.pixel_diagonal,
+            f"the mean quality, {ratio:.3f}, is not above {QUALITY_THRESHOLD}": (
+                not ratio > QUALITY_THRESHOLD
+            ),
             self.quality.faults: not self.quality.valid,
         }
         serious = (finding.message for finding in self.findings if finding.serious)

@@ -236,6 +236,7 @@ def _refuse_solid(voxels: NDArray[np.bool_], spacing: NDArray[np.float64]) -> No
     radius = float(inner_distance(voxels, spacing).max())
     if radius > SOLID * np.cbrt(voxels.sum() * np.prod(spacing)):
         raise AnatomyError(
-            f"the mask is a filled body, {2 * radius:.3g} mm thick, and no wall: it shows blood "
-            "pools, atria or a whole heart as one; give a mask of the ventricles' myocardium alone"
+            f"no cavity found: the mask is a filled body, {2 * radius:.3g} mm thick, and no wall; "
+            "it shows blood pools, atria or a whole heart as one: give a mask of the ventricles' "
+            "myocardium without the blood pool"
         )

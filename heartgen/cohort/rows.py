@@ -90,6 +90,7 @@ def failed_row(case: Case, digest: str, options: Options, reason: str) -> Row:
     return _head(case, digest, asdict(options)) | {
         "status": FAILED + " ".join(writable(reason).split()),
         "success": False,
+        "paper_success": False,
         "valid": False,
     }
 

@@ -22,6 +22,7 @@ little, and few far, as at the corners of the right ventricle.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +63,7 @@ class SurfaceLines:
 
     def near(self, q: Array) -> Model:
         """Return the term near a mesh (see `Term`)."""
-        absolute, relative = self._forms(self.faces.at(q))
+        absolute, relative, held = self._forms(self.faces.at(q))
         x0 = self.unrefined.reshape(len(self.unrefined), -1, 1)
 
         def residual(q: Array) -> tuple[Array, Array]:
@@ -70,17 +71,20 @@ class SurfaceLines:
             return x, x - x0
 
         def value(q: Array) -> float:
-            return sum(
+            bending = sum(
                 float(np.sum(v * np.matmul(form, v)))
                 for v, form in zip(residual(q), (absolute, relative), strict=True)
             )
+            moved = held.moved(self.faces.at(q) - self.unrefined)
+            return bending + float(np.sum(held.weights * (moved + moved**3 / 3)))
 
         x, u = residual(q)
-        gradient = np.matmul(absolute, x) + np.matmul(relative, u)
-        return Model(value, face_blocks(self.faces, absolute + relative, gradient[..., 0]))
+        relative_or_held = relative + held.form
+        gradient = np.matmul(absolute, x) + np.matmul(relative_or_held, u)
+        return Model(value, face_blocks(self.faces, absolute + relative_or_held, gradient[..., 0]))
 
-    def _forms(self, control: Array) -> tuple[Array, Array]:
-        """Quadratic forms (f, 48, 48) of the coefficients of the faces, and of displacements."""
+    def _forms(self, control: Array) -> tuple[Array, Array, _Held]:
+        """Quadratic forms (f, 48, 48) of the coefficients and of displacements, and E_place."""
         uv, w = gauss_square(LINE_GAUSS)
         along = [np.matmul(tabulate_face(uv, d), control) for d in FIRST]
         size = [np.einsum("fpx,fpx,p->f", t, t, w)[:, None, None, None] for t in along]
@@ -88,23 +92,51 @@ class SurfaceLines:
         across = [_outer(_unit(np.cross(normal, t))) for t in along]
         onto = _outer(normal)
         tangent = np.eye(3) - onto
-        moved = np.matmul(tabulate_face(uv), control - self.unrefined) / self.movement
-        far = 1 + np.einsum("fpx,fpxy,fpy->fp", moved, tangent, moved)[..., None, None] ** 2
-        w = w[:, None, None]
-        fair, smooth, place = (
-            v[:, None, None, None] * w for v in (self.fair, self.smooth, self.place)
-        )
+        fair, smooth = (v[:, None, None, None] * w[:, None, None] for v in (self.fair, self.smooth))
         absolute = _form(tabulate_face(uv, SECOND[1]), fair / size[1] * across[1])
         relative = (
-            _form(tabulate_face(uv), place * far * tangent / self.movement**2)
-            + _form(tabulate_face(uv, SECOND[0]), (fair * across[0] + smooth * onto) / size[0])
+            _form(tabulate_face(uv, SECOND[0]), (fair * across[0] + smooth * onto) / size[0])
             + _form(tabulate_face(uv, SECOND[1]), smooth / size[1] * onto)
             + _form(
                 tabulate_face(uv, MIXED),
                 (fair * tangent + smooth * onto) / np.sqrt(size[0] * size[1]),
             )
         )
-        return absolute, relative
+        metric = tangent / self.movement**2
+        held = _Held(tabulate_face(uv), metric, self.place[:, None] * w, control - self.unrefined)
+        return absolute, relative, held
+
+
+@dataclass(frozen=True)
+class _Held:
+    """E_place near a mesh, whose tangent planes are fixed.
+
+    Attributes
+    ----------
+    functions : (p, 16) float64
+        Of the faces' coefficients at the points.
+    metric : (f, p, 3, 3) float64
+        ``|u_t|^2 / m^2`` of displacements u, 1/mm^2.
+    weights : (f, p) float64
+    u : (f, 16, 3) float64
+        Displacement of the mesh, mm.
+    """
+
+    functions: Array
+    metric: Array
+    weights: Array
+    u: Array
+
+    def moved(self, u: Array) -> Array:
+        """``|u_t|^2 / m^2`` (f, p) of a displacement (f, 16, 3)."""
+        at = np.matmul(self.functions, u)
+        return np.asarray(np.einsum("fpx,fpxy,fpy->fp", at, self.metric, at))
+
+    @cached_property
+    def form(self) -> Array:
+        """Quadratic form (f, 48, 48) with the slope of E_place at the mesh."""
+        slope = self.weights * (1 + self.moved(self.u) ** 2)
+        return _form(self.functions, slope[..., None, None] * self.metric)
 
 
 def _form(functions: Array, weights: Array) -> Array:
