@@ -190,4 +190,5 @@ def _positive(p: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     size, slant = np.exp(p[0]), np.array([[p[1], p[2]], [p[2], -p[1]]])
     h = float(np.hypot(p[1], p[2]))
-    return np.asarray(size * (np.cosh(h) * np.eye(2) + np.sinc(1j * h / np.pi).real * slant))
+    steepness = np.sinh(h) / h if h > 0 else 1.0
+    return np.asarray(size * (np.cosh(h) * np.eye(2) + steepness * slant))
