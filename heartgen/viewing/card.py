@@ -76,7 +76,7 @@ def verdict(report: Report) -> Verdict:
 
 def _raw(raw: float | None) -> tuple[tuple[str, str], ...]:
     """The error to the mask's own steps, if it has any."""
-    return () if raw is None else (("mean, unsmoothed mask", f"{number(raw)} mm"),)
+    return () if raw is None else (("mean, raw mask", f"{number(raw)} mm"),)
 
 
 def sections(report: Report) -> tuple[Section, ...]:
@@ -102,7 +102,7 @@ def sections(report: Report) -> tuple[Section, ...]:
             "Quality of the elements",
             (
                 ("Jacobian ratio, mean", f"{q.mean:.3f}"),
-                ("... at 2, 3 Gauss points", ", ".join(f"{q.by_gauss[n]:.3f}" for n in "23")),
+                ("at 2, 3 Gauss points", ", ".join(f"{q.by_gauss[n]:.3f}" for n in "23")),
                 ("Jacobian ratio, least", f"{q.min:.3f}"),
                 ("mean before enhancement", f"{report.unenhanced_quality:.3f}"),
                 ("mean before refinement", f"{report.unrefined_quality:.3f}"),
