@@ -14,7 +14,7 @@ import numpy as np
 
 from heartgen.anatomy import Anatomy
 from heartgen.assessment import QUALITY_THRESHOLD, Accuracy, Quality
-from heartgen.coverage import Coverage
+from heartgen.coverage import ML, Coverage
 from heartgen.errors import InputError
 from heartgen.fairness import Fairness
 from heartgen.fields.indices import Indices
@@ -22,9 +22,6 @@ from heartgen.images.mask import Finding, Mask
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import volume
 from heartgen.options import Options
-
-ML = 1000.0
-"""mm^3 in a millilitre."""
 
 REPORT = "report.json"
 """Name of the file of a report, beside the mesh."""
