@@ -33,6 +33,13 @@ in its wall at most. Of 115 meshes of label maps that follow their labels, the p
 of the wall where the apical slice is filled; of the four that do not, each misses one of the bounds
 or is not valid."""
 
+MOST_FILLED = 1
+"""Adjacent slices of a stack, at most, whose pool a successful mesh may fill with its wall: where a
+pool tapers off in its last slice, the mesh may have its pole above it."""
+
+DISTINCT = 1.5
+"""Pixels from the border of a pool of a slice to its middle, at least, that tell that it is one."""
+
 MOST_ABOVE = 0.35
 """Share of the wall that may lie above the base of a successful mesh: valves, vessels, and slices
 above the right ventricle."""
@@ -70,6 +77,9 @@ class Coverage:
         Share of a pool, of what lies two pixels and more inside it, that lies in the mesh's wall:
         the larger of both labeled pools, or of what a stack's slices enclose; 0 of a dense mask
         without labels.
+    filled : int
+        Adjacent slices of a stack in which the middle of a pool lies in the mesh's wall, most of
+        either pool.
     missed : float
         Volume of the wall below the base that is not covered, ml.
     above : float
@@ -79,6 +89,7 @@ class Coverage:
     wall: float
     contour: float
     blood: float
+    filled: int
     missed: float
     above: float
 
@@ -93,6 +104,9 @@ class Coverage:
                 self.contour < LEAST_CONTOUR
             ),
             f"{self.blood:.1%} of a blood pool lie in its wall": self.blood > MOST_BLOOD,
+            f"the pool of {self.filled} adjacent slices lies in its wall": (
+                self.filled > MOST_FILLED
+            ),
             f"{self.above:.0%} of the wall lie above its base": self.above > MOST_ABOVE,
         }
         parts = [text for text, so in told.items() if so]
@@ -122,7 +136,9 @@ def assess_coverage(mesh: HexMesh, mask: Mask, anatomy: Anatomy) -> Coverage:
     wall = _below(mask, anatomy, mask.voxels)
     below, wall = len(wall), wall[_into_pools(anatomy, wall) < 0]
     near = np.asarray(muscle.query(_few(wall))[0] < NEAR * pixel)
-    blood = [_below(mask, anatomy, pool) for pool in _deep_blood(mask)]
+    pools = _pools(mask)
+    depths = [_depth(mask, pool) for pool in pools]
+    blood = [_below(mask, anatomy, depth > NEAR * pixel) for depth in depths]
     inside = [np.mean(muscle.query(_few(points))[0] < pixel) for points in blood if len(points)]
     outline = isosurface(anatomy.myocardium) if anatomy.slices is None else anatomy.slices.outline
     points, weights = _few(outline.points), _few(outline.weights)
@@ -133,6 +149,7 @@ def assess_coverage(mesh: HexMesh, mask: Mask, anatomy: Anatomy) -> Coverage:
         wall=covered,
         contour=float(np.average(far < NEAR * pixel, weights=weights)),
         blood=float(max(inside, default=0.0)),
+        filled=max((_filled(mask, anatomy, depth, muscle) for depth in depths), default=0),
         missed=(1 - covered) * len(wall) * float(np.prod(mask.spacing)) / ML,
         above=1 - below / int(mask.voxels.sum()),
     )
@@ -161,18 +178,41 @@ def _into_pools(anatomy: Anatomy, points: Array) -> Array:
     return np.asarray(-np.min([pool.sample(points)[0] for pool in pools], axis=0))
 
 
-def _deep_blood(mask: Mask) -> list[NDArray[np.bool_]]:
-    """Voxels more than two pixels inside each pool, in the plane of a stack's slices."""
-    axis, spacing = mask.stack_axis, mask.spacing.copy()
-    pools = []
+def _pools(mask: Mask) -> list[NDArray[np.bool_]]:
+    """Blood pools: the labeled ones, or all that the slices of a stack enclose."""
+    axis = mask.stack_axis
     if mask.blood is not None:
-        pools = [np.asarray(mask.blood == code) for code in (LEFT_BLOOD, RIGHT_BLOOD)]
-    elif axis is not None:
-        filled = ndi.binary_fill_holes(mask.voxels, np.delete(FACES, (0, 2), axis))
-        pools = [np.asarray(filled) & ~mask.voxels]
-    if axis is not None:
-        spacing[axis] = APART
-    return [np.asarray(inner_distance(pool, spacing) > NEAR * mask.pixel) for pool in pools]
+        return [np.asarray(mask.blood == code) for code in (LEFT_BLOOD, RIGHT_BLOOD)]
+    if axis is None:
+        return []
+    filled = ndi.binary_fill_holes(mask.voxels, np.delete(FACES, (0, 2), axis))
+    return [np.asarray(filled) & ~mask.voxels]
+
+
+def _depth(mask: Mask, pool: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Distance from a pool's voxels to its border, mm, in the plane of a stack's slices."""
+    spacing = mask.spacing.copy()
+    if mask.stack_axis is not None:
+        spacing[mask.stack_axis] = APART
+    return inner_distance(pool, spacing)
+
+
+def _filled(mask: Mask, anatomy: Anatomy, depth: NDArray[np.float32], muscle: cKDTree) -> int:
+    """Adjacent slices, most, of a stack in which the middle of a pool lies in the mesh's wall."""
+    if mask.stack_axis is None:
+        return 0
+    run = most = 0
+    for n, plane in enumerate(np.moveaxis(depth, mask.stack_axis, 0)):
+        middle = np.zeros(depth.shape, dtype=bool)
+        deepest = float(plane.max())
+        np.moveaxis(middle, mask.stack_axis, 0)[n] = plane == deepest
+        points = np.zeros((0, 3))
+        if deepest >= DISTINCT * mask.pixel:
+            points = _below(mask, anatomy, middle)
+        inside = len(points) > 0 and np.mean(muscle.query(points)[0] < mask.pixel) > 0.5
+        run = run + 1 if inside else 0
+        most = max(most, run)
+    return most
 
 
 def _few(points: Array) -> Array:

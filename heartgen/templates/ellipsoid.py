@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.polynomial.polynomial import polyfit, polyval
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
@@ -34,6 +35,19 @@ MAX_EVALUATIONS = 40
 AROUND, ALONG = 24, 12
 """Samples of each surface in the fit."""
 
+SWAYS = 4
+"""Degree of the polynomial by which a pool leaves the long axis: it may turn back twice."""
+
+STRAIGHT = np.zeros((SWAYS + 1, 2))
+"""No such polynomial."""
+
+OFF_AXIS = 0.5
+"""Distance of a pool's section from the long axis, over its radius, from which the template follows
+the pool: farther off, its apical part lies on one side of the pool and is matched to that alone."""
+
+SECTIONS = 12
+"""Sections of the pool that are compared, from apex to base; the tip's is not asked."""
+
 ROBUST = 0.1
 """Distance over the radius of the pool from which a sample counts as an outlier."""
 
@@ -45,7 +59,8 @@ class TruncatedEllipsoid:
     Coordinates are those of the heart's frame: z from apex to base, base at z = 0. A surface point
     is ``(centre + lean z + bend z^2 + section (cos t, sin t) w(p), -axis (cut + cos p))``, where
     ``p`` runs from 0 at the apex to the angle at which z = 0, and ``w = sin p (1 + taper cos p)``:
-    an exact ellipsoid for taper 0, a more pointed apex below it.
+    an exact ellipsoid for taper 0, a more pointed apex below it. The endocardium of a pool that
+    leaves this axis sways about it, too.
 
     Attributes
     ----------
@@ -65,6 +80,9 @@ class TruncatedEllipsoid:
         Deviation of endo- and epicardium from an ellipsoid.
     bend : (2,) float64
         Curvature of the long axis, 1/mm.
+    sway : (5, 2) float64
+        How far the endocardium's sections lie from the long axis: coefficients of z^0 to z^4, in mm
+        and powers of it.
     """
 
     centre: NDArray[np.float64]
@@ -76,6 +94,7 @@ class TruncatedEllipsoid:
     apex: float
     taper: tuple[float, float] = (0.0, 0.0)
     bend: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
+    sway: NDArray[np.float64] = field(default_factory=lambda: STRAIGHT)
 
     def semi_axes(self, depth: float) -> tuple[NDArray[np.float64], float, float]:
         """Section (2, 2), semi-axis and base angle at a depth: 0 endocardium, 1 epicardium."""
@@ -91,9 +110,11 @@ class TruncatedEllipsoid:
         value = np.sin(polar) * (1 + taper * np.cos(polar))
         return value, np.cos(polar) + taper * np.cos(2 * polar)
 
-    def axis_at(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Middle (n, 2) of the sections at heights (n,), mm."""
-        return self.centre + np.outer(z, self.lean) + np.outer(z**2, self.bend)
+    def middle(self, depth: float) -> NDArray[np.float64]:
+        """Middle of the sections at a depth: coefficients (5, 2) of the powers of the height."""
+        out = (1 - depth) * self.sway
+        out[:3] += [self.centre, self.lean, self.bend]
+        return np.asarray(out)
 
     def points(
         self, angle: NDArray[np.float64], polar: NDArray[np.float64], depth: float
@@ -102,7 +123,8 @@ class TruncatedEllipsoid:
         section, axis, _ = self.semi_axes(depth)
         z = -self.cut * self.axis - axis * np.cos(polar)
         ring = np.stack([np.cos(angle), np.sin(angle)], -1) @ section.T
-        xy = self.axis_at(z) + ring * self.profile(polar, depth)[0][:, None]
+        middle = polyval(z, self.middle(depth)).T
+        xy = middle + ring * self.profile(polar, depth)[0][:, None]
         return np.concatenate([xy, z[:, None]], axis=1)
 
 
@@ -180,7 +202,27 @@ def fit_ellipsoid(anatomy: Anatomy) -> TruncatedEllipsoid:
     fit = least_squares(
         misfit, start, bounds=(low, high), loss="soft_l1", f_scale=ROBUST, max_nfev=MAX_EVALUATIONS
     )
-    return shape(fit.x)
+    found = shape(fit.x)
+    return replace(found, sway=pool_sway(found, anatomy))
+
+
+def pool_sway(shape: TruncatedEllipsoid, anatomy: Anatomy) -> NDArray[np.float64]:
+    """How the pool sways about the axis of an ellipsoid, (5, 2); zero if it hardly does."""
+    pool = anatomy.surfaces["lv_endo"]
+    edges = np.linspace(-anatomy.length, 0, SECTIONS + 1)
+    index = np.argwhere(pool.values < 0).astype(float)
+    points = anatomy.to_heart(index @ pool.affine[:3, :3].T + pool.affine[:3, 3])
+    section = np.digitize(points[:, 2], edges) - 1
+    found = [points[section == n] for n in range(SECTIONS)]
+    volume = abs(np.linalg.det(pool.affine[:3, :3]))
+    middles = np.array([part.mean(axis=0) for part in found if len(part)])
+    areas = np.array([len(part) for part in found if len(part)]) * volume / np.diff(edges)[0]
+    z = middles[:, 2]
+    off = middles[:, :2] - polyval(z, shape.middle(0)).T
+    share = np.hypot(*off.T) / np.sqrt(areas / np.pi)
+    if len(share) <= SWAYS or max(share[1:]) < OFF_AXIS:
+        return STRAIGHT
+    return np.asarray(polyfit(z, off, SWAYS))
 
 
 def _positive(p: NDArray[np.float64]) -> NDArray[np.float64]:

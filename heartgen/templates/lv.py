@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polyval
 from numpy.typing import NDArray
 
 from heartgen.anatomy import Anatomy
@@ -131,7 +132,7 @@ def _surface(
     ring = np.stack([np.cos(angle), np.sin(angle)], -1) @ unit.T
     turn = CHORD * np.tan(step / CHORD) * np.stack([-np.sin(angle), np.cos(angle)], -1) @ unit.T
     meridian = meridians.dofs[depth]
-    centre = _centre_line(shape, meridian[..., 1], level=first == 1)
+    centre = _centre_line(shape.middle(depth), meridian[..., 1], level=first == 1)
     rows = []
     if first == 1:
         pole = np.concatenate([centre[0, 0], meridian[0, 0, 1:]])
@@ -150,11 +151,11 @@ def _surface(
 
 
 def _centre_line(
-    shape: TruncatedEllipsoid, height: NDArray[np.float64], level: bool
+    middle: NDArray[np.float64], height: NDArray[np.float64], level: bool
 ) -> NDArray[np.float64]:
     """Value and slope (rows + 1, 2, 2) of the middle of the sections, from those of their height.
 
-    Where the axis bends, that is a least-squares fit, for the square of a cubic is no cubic.
+    Where the axis bends, that is a least-squares fit, for a power of a cubic is no cubic.
     """
     rows = len(height) - 1
     t, _ = gauss(FACE_GAUSS)
@@ -163,12 +164,12 @@ def _centre_line(
     for row in range(rows):
         by_row[row, :, 2 * row : 2 * row + 4] = cubic
     basis = by_row.reshape(rows * len(t), -1)
-    square = np.stack([height[:, 0] ** 2, 2 * height[:, 0] * height[:, 1]], -1).ravel()
-    free = np.ones(len(square), dtype=bool)
+    z, dz = height.T
+    slope = polyval(z, polyder(middle)) * dz
+    out = np.stack([polyval(z, middle).T, slope.T], axis=1).reshape(-1, 2)
+    free = np.ones(len(out), dtype=bool)
     free[[0, -2]] = False  # apex and base are where they are,
     free[1] = not level  # and the tangent plane of a pole is level
-    missing = (basis @ height.ravel()) ** 2 - basis @ square
-    square[free] += np.linalg.lstsq(basis[:, free], missing, rcond=None)[0]
-    out = height[..., None] * shape.lean + square.reshape(-1, 2, 1) * shape.bend
-    out[:, 0] += shape.centre
-    return np.asarray(out)
+    missing = polyval(basis @ height.ravel(), middle).T - basis @ out
+    out[free] += np.linalg.lstsq(basis[:, free], missing, rcond=None)[0]
+    return np.asarray(out.reshape(-1, 2, 2))

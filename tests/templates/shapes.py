@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 
 from heartgen.templates.ellipsoid import TruncatedEllipsoid
 
@@ -14,7 +15,7 @@ def radius(shape: TruncatedEllipsoid, depth: int) -> float:
 def distance(shape: TruncatedEllipsoid, points: np.ndarray, depth: int) -> np.ndarray:
     """Distance to a surface without end, mm, by Gauss and Newton on a chart without a pole."""
     section, axis, _ = shape.semi_axes(depth)
-    flat = (points[:, :2] - shape.axis_at(points[:, 2])) @ np.linalg.inv(section).T
+    flat = (points[:, :2] - polyval(points[:, 2], shape.middle(depth)).T) @ np.linalg.inv(section).T
     polar = np.arctan2(np.hypot(*flat.T), -(points[:, 2] + shape.cut * shape.axis) / axis)
     angle = np.arctan2(flat[:, 1], flat[:, 0])
     at = polar[:, None] * np.stack([np.cos(angle), np.sin(angle)], -1)
