@@ -92,8 +92,9 @@ def build_rv_wall(
     """Put a wall around the right ventricle's blood pool.
 
     The wall is what lies within `thickness` of the smooth surface of the pool and outside the left
-    ventricle. Between slices so far apart that it ends before the next one it is not seen: there it
-    is built in the plane of each slice. It is open where the pool meets the right atrium and the
+    ventricle. In a stack of slices it is built in the plane of each, for what lies beside a pool in
+    the next slice is no wall of this one; below the last slice of the pool it closes it, if it is
+    so thick that it reaches the next one. It is open where the pool meets the right atrium and the
     pulmonary artery or, if they are not labelled, where the pool faces the base; then it rises no
     higher than the left ventricle's wall.
 
@@ -126,7 +127,8 @@ def build_rv_wall(
     near = place.parts
     room = ~(near.lv_myocardium | near.lv_pool | near.rv_pool | near.rv_openings)
     valves = _valves(place)
-    local = _within(place, room & ~(_basal(place, room) if valves is None else valves))
+    room &= ~(_basal(place, room) if valves is None else valves)
+    local = _within(place, room) | _lid(place, room)
     wall[place.box] = local
     unclosed = _lower_end(place, local)
     where = "to the right atrium and the pulmonary artery" if valves is not None else "at the base"
@@ -158,8 +160,6 @@ def _place(parts: Parts, affine: NDArray[np.float64], thickness: float) -> _Plac
         step = int(np.median(np.diff(np.flatnonzero(planes_along(heart, axis)))))
         if stacked:
             base = np.sign(base[axis]) * np.eye(3)[axis]
-        if step == 1 and spacing[axis] / 2 <= thickness:  # half of the way is the pool's
-            axis = None
     top = _rise(parts.lv_myocardium, spacing * base)
     if stacked:
         top = min(top, _rise(parts.rv_pool, spacing * base))
@@ -245,6 +245,24 @@ def _within(place: _Place, room: NDArray[np.bool_]) -> NDArray[np.bool_]:
     filled = np.concatenate([[0], np.cumsum(counts)])  # by the first 0, 1, 2 ... levels
     n = int(np.abs(filled - share.sum()).argmin())
     return np.asarray(beside | (further & (rank <= levels[n - 1])) if n else beside)
+
+
+def _lid(place: _Place, room: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Voxels of a room below a pool that ends within a stack, if the wall reaches so far."""
+    lid = np.zeros_like(room)
+    if place.axis is None or not place.stacked or place.step > 1:
+        return lid
+    if place.spacing[place.axis] / 2 > place.thickness:  # half of the way is the pool's
+        return lid
+    distance = _distance(place.parts.rv_pool, place.spacing, None, place.thickness)
+    if distance is None:
+        return lid
+    pool = np.moveaxis(place.parts.rv_pool, place.axis, 0)
+    up = int(place.base[place.axis])
+    last = int(np.flatnonzero(pool.any(axis=(1, 2)))[::up][0])
+    below = np.moveaxis(lid, place.axis, 0)
+    below[(slice(None, last) if up > 0 else slice(last + 1, None))] = True
+    return _within(replace(place, axis=None, distance=distance), room) & lid
 
 
 def _lower_end(place: _Place, wall: NDArray[np.bool_]) -> Finding | None:

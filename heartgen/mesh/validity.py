@@ -84,7 +84,8 @@ def certify(mesh: HexMesh) -> Certificate:
     -------
     Certificate
     """
-    return replace(certify_jacobian(mesh), overlapping=overlapping(mesh))
+    found = certify_jacobian(mesh)
+    return replace(found, overlapping=overlapping(mesh, folded=~found.positive))
 
 
 def certify_jacobian(mesh: HexMesh) -> Certificate:

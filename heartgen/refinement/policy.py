@@ -1,6 +1,7 @@
 """The policy: a mesh is fitted until it is valid, close and good, by weights of its elements.
 
-One loop. Elements that fold or cross get more weight against the data until there are none. From
+One loop. Elements that fold or cross get more weight against the data until there are none, and if
+that does not help, their neighbors too, by the root of it. From
 then on no step may leave the valid meshes, and the weights that did it go back to little more than
 the usual. If the mesh is then farther from the patient than allowed, everything but the data weighs
 less; and elements whose Jacobian ratio is below the least weigh more, as far as that helps.
@@ -30,6 +31,7 @@ from heartgen.refinement.settings import (
     MOST_RAISED,
     RAISED_ROUNDS,
     ROUNDS,
+    SPREADING,
     FitSettings,
 )
 from heartgen.refinement.target import FitTarget
@@ -95,6 +97,7 @@ def refine(
         )
         return energy.shape(q)
 
+    neighbors = _neighbors(mesh)
     weight, ease = np.ones(mesh.n_elements), 1.0
     fitted, valid = mesh, False
     for number in range(1, ROUNDS + 1):
@@ -104,6 +107,9 @@ def refine(
         if valid:
             break
         weight = np.where(invalid, number * GROWTH, 1) * weight
+        if number >= SPREADING:
+            around = neighbors @ invalid & ~invalid
+            weight = np.where(around, np.sqrt(number * GROWTH), 1) * weight
     regularized = weight > 1
     if not valid:
         return Refined(fitted, regularized, valid)
@@ -118,6 +124,14 @@ def refine(
         fitted = fit(fitted, weight)
     fitted = raise_ratios(fitted, least, weight, fit)
     return Refined(fitted, regularized, valid)
+
+
+def _neighbors(mesh: HexMesh) -> NDArray[np.bool_]:
+    """Which elements (e, e) share a node."""
+    nodes = mesh.topology.nodes
+    ends = np.zeros((len(nodes), nodes.max() + 1), dtype=np.intp)
+    ends[np.arange(len(nodes))[:, None], nodes] = 1
+    return np.asarray(ends @ ends.T > 0)
 
 
 def raise_ratios(

@@ -201,6 +201,10 @@ GROWTH = 2.0
 is twice that, after the third three times. Those that did weigh more keep this factor once all are
 valid, when the line search alone keeps the mesh from folding again."""
 
+SPREADING = 2
+"""Round from which neighbors of such elements weigh more, too: walls that cross are held where they
+are by what lies beside them (cohort: two hearts that never came free)."""
+
 EASING, EASIEST = 7.0, 0.5
 """Power of the misfit over the largest allowed by which all but the data weighs less; and the least
 factor of a round (cohort: halving the weights takes a tenth of the misfit)."""

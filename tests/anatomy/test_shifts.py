@@ -71,6 +71,25 @@ def test_no_shifts_where_there_are_none(mask: Mask) -> None:
     assert without_shifts(sections) is sections
 
 
+@pytest.mark.parametrize("move", [(12, 0), (-4, 11)])
+def test_a_step_between_two_slices_is_taken_back_whole(mask: Mask, move: tuple[int, int]) -> None:
+    """As between two breath-holds: one half of the slices lies aside of the other."""
+    n = int(mask.planes.sum())
+    sizes = np.where(np.arange(n)[:, None] < n // 2, 0, move)
+    found = find_shifts(sections_of(shifted(mask, sizes)))
+    parts = np.linalg.norm(np.diff(found, axis=0), axis=1)
+    size = float(np.hypot(*move)) * PIXEL
+    assert parts.max() == pytest.approx(size, abs=0.15 * size)
+    assert np.sort(parts)[-2] < 0.15 * size
+
+
+def test_a_single_slice_aside_is_no_step(mask: Mask) -> None:
+    n = int(mask.planes.sum())
+    sizes = np.where(np.arange(n)[:, None] == n // 2, (12, 0), 0)
+    found = np.linalg.norm(find_shifts(sections_of(shifted(mask, sizes))), axis=1)
+    assert np.sort(found)[-2] < 0.5 * found.max()
+
+
 def test_place_and_tilt_are_no_shifts(mask: Mask) -> None:
     n = int(mask.planes.sum())
     tilt = np.stack([np.arange(n), -np.arange(n)], axis=1) - n // 2

@@ -92,12 +92,24 @@ def test_the_lower_end_is_closed_if_the_wall_reaches_the_next_slice(heart):
     labels = heart.labels(at)
     wall, findings = build_rv_wall(parts_of(labels), affine, 3.0)
     assert len(findings) == 1
-    assert at[..., 2][bare(labels, wall)].min() > 0
+    last = int((labels == 1).any(axis=(0, 1)).argmax())
+    open_end = (labels[..., last] == 1) & ~wall[..., last - 1] & (labels[..., last - 1] == 0)
+    assert not open_end.any()
+    assert wall[..., last - 1].any()
     wall, findings = build_rv_wall(parts_of(labels), affine, 2.0)
     assert "the wall does not reach the next slice" in findings[1].message
     cut = labels[:, :, (labels == 1).any(axis=(0, 1)).argmax() :]
     wall, findings = build_rv_wall(parts_of(cut), affine, 2.0)
     assert "the stack ends" in findings[1].message
+
+
+def test_a_pool_of_the_next_slice_puts_no_wall_beside_that_of_this_one(heart):
+    affine, at = heart.image(np.array([1.4, 1.4, 5.0]))
+    labels = heart.labels(at)
+    wall, _ = build_rv_wall(parts_of(labels), affine, 3.0)
+    for k in np.flatnonzero((labels == 1).any(axis=(0, 1)))[1:-1]:
+        away = ndi.distance_transform_edt(labels[..., k] != 1, 1.4)
+        assert away[wall[..., k]].max() < 3.0 + 1.4
 
 
 @pytest.mark.parametrize("spacing", [[1.4, 1.4, 1.4], [1.4, 1.4, 8.0]])

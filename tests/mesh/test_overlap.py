@@ -225,7 +225,8 @@ def test_shortcuts_change_nothing(cup: HexMesh, size: float) -> None:
         mesh = cup.with_dofs(cup.dofs + size * noise)
         patches = np.ascontiguousarray(face_control(mesh, mesh.topology.external))
         expected = every_pair(patches, 4, TOUCH)
-        np.testing.assert_array_equal(_crossed(patches, 4, TOUCH), expected)
+        none = np.zeros(len(patches), dtype=bool)
+        np.testing.assert_array_equal(_crossed(patches, none, 4, TOUCH), expected)
 
 
 def test_thin_walls_are_no_crossings() -> None:
@@ -234,3 +235,11 @@ def test_thin_walls_are_no_crossings() -> None:
         thin[..., 2] = thin[:1, ..., 2] + thickness * np.arange(4)[:, None, None]
         for seed in range(3):
             assert certify(moved(blocks(thin.reshape(64, 3)), seed)).all_valid
+
+
+def test_of_elements_known_to_fold_it_is_not_asked() -> None:
+    mesh = facing(-0.5)
+    assert overlapping(mesh).all()
+    one, both = np.array([True, False]), np.array([True, True])
+    assert overlapping(mesh, folded=one).all()
+    assert not overlapping(mesh, folded=both).any()
