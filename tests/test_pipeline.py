@@ -373,8 +373,10 @@ def test_every_sample_is_fitted(name: str) -> None:
 
 def test_real_cases_succeed(shared_data: Path) -> None:
     cases = sorted((shared_data / "lv").glob("*.nii.gz"))[::40]
-    cases += sorted((shared_data / "sampled" / "tilted").glob("*.nii.gz"))[::12]
-    for case in cases:
+    tilted = sorted((shared_data / "sampled" / "tilted").glob("*.nii.gz"))[::12]
+    assert cases
+    assert tilted
+    for case in cases + tilted:
         report = heartgen.personalize(heartgen.read_mask(case)).report
         assert report.success, case.name
         assert report.quality.valid, case.name

@@ -106,13 +106,30 @@ def test_a_run_after_a_cancelled_one_finishes(session):
     assert [run.phase for run in session.runs] == ["cancelled", "done"]
 
 
-def test_contradicting_choices_are_told(session):
+def test_chosen_elements_are_those_of_the_mesh(session):
     session.load_sample("lifelike").result()
-    session.choices.set_trait("quality", 1.0)
     session.choices.default_elements = False
     session.choices.circumferential, session.choices.longitudinal = 8, 4
     session.start().result()
     assert session.shown.result.mesh.topology.shape == (1, 8, 4)
+
+
+def test_contradicting_choices_are_told(session):
+    session.load_sample("lifelike").result()
+    session.choices.topology = "patch"
+    session.choices.default_elements = False
+    session.choices.circumferential = 9
+    told = "9 elements around cannot end in a square patch"
+    assert session.states["choices"].phase == "failed"
+    assert told in session.states["choices"].reason
+    assert session.states["run"].phase == "blocked"
+    assert "contradict" in session.states["run"].reason
+    with pytest.raises(HeartgenError, match=told):
+        session.start()
+    assert session.runs == []
+    session.choices.circumferential = 8
+    assert phases(session)["choices"] == "done"
+    assert phases(session)["run"] == "ready"
 
 
 def test_basis_is_handed_on(session):
