@@ -9,7 +9,8 @@ BIN   := $(VENV)/bin
 READY_APP := $(VENV)/.ready-app
 READY     := $(VENV)/.ready
 
-PIP     := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+# Python compiles what is imported when it is; to have pip compile all would take longer and 150 MB.
+PIP     := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 COMPILE := $(BIN)/uv pip compile pyproject.toml --quiet
 LOCK    := UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) --group build \
     --universal --python-version 3.11 --fork-strategy fewest --generate-hashes
