@@ -9,8 +9,7 @@ BIN   := $(VENV)/bin
 READY_APP := $(VENV)/.ready-app
 READY     := $(VENV)/.ready
 
-# Python compiles what is imported when it is; to have pip compile all would take longer and 150 MB.
-PIP     := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
+PIP     := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 COMPILE := $(BIN)/uv pip compile pyproject.toml --quiet
 LOCK    := UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) --group build \
     --universal --python-version 3.11 --fork-strategy fewest --generate-hashes
@@ -18,10 +17,12 @@ LOCK    := UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) --group build \
 .DEFAULT_GOAL := help
 # The same text everywhere, whatever the locale.
 export PYTHONUTF8 := 1
-.PHONY: help app demo test check bench format lock binder clean
+# Python keeps what it compiles, also where the environment asks it not to.
+export PYTHONDONTWRITEBYTECODE :=
+.PHONY: help app demo test test-fast check bench format lock binder clean
 
 help: ## list these commands
-	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 10
+	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 12
 
 app: $(READY_APP) ## open the dashboard in the browser, with a sample heart loaded
 	$(BIN)/heartgen dashboard $(if $(PORT),--port $(PORT))
@@ -31,6 +32,9 @@ demo: $(READY_APP) ## mesh a sample heart and look at the result in out/demo
 
 test: $(READY) ## run all tests, on two processes
 	$(BIN)/pytest -n 2 --dist loadscope --durations=10
+
+test-fast: $(READY) ## run the tests that are not marked slow, in about two minutes
+	$(BIN)/pytest -n 2 --dist loadscope -m "not slow" tests
 
 check: $(READY) ## lint, format, types, spelling, layers
 	$(BIN)/ruff check .
@@ -77,7 +81,8 @@ $(READY_APP): requirements-app.lock
 	        "or name yours: make test PYTHON=/path/to/python3" >&2; \
 	    exit 1; \
 	}
-	@$(PIP) --require-hashes -r requirements-app.lock
+	@# Python compiles what is imported; to have pip compile everything takes time and 150 MB more.
+	@$(PIP) --no-compile --require-hashes -r requirements-app.lock
 	@$(PIP) --no-deps --no-build-isolation --editable .
 	@# The first fit compiles the kernels; no user and no test should have to wait for it.
 	@$(BIN)/python -c "import heartgen; from heartgen import samples; \
