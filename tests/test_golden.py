@@ -15,6 +15,8 @@ import heartgen
 from heartgen import samples
 from heartgen.report import Report
 
+pytestmark = pytest.mark.slow
+
 COARSE = 2.0
 """Voxel size, mm."""
 

@@ -25,6 +25,7 @@ NOT_LOCKED = "bench"
 """Extra with other registration tools to compare with, which no test needs."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("check", CHECKS)
 def test_check_passes(check: str, repository: Path) -> None:
     tool, *arguments = check.split()
@@ -100,6 +101,7 @@ def test_app_is_set_up_without_what_only_developers_need(repository: Path) -> No
     assert not tools & set(pins(repository / "requirements-app.lock"))
 
 
+@pytest.mark.slow
 def test_every_benchmark_can_be_imported(repository: Path) -> None:
     files = sorted(p.relative_to(repository) for p in (repository / "benchmarks").rglob("*.py"))
     modules = [".".join(p.with_suffix("").parts) for p in files if not p.stem.startswith("__")]

@@ -52,6 +52,7 @@ def test_every_control_has_a_name_and_explains_itself(page):
         assert own or any(hint), control.description
 
 
+@pytest.mark.slow
 def test_panels_draw_a_whole_run(page):
     session = page.session
     session.load_sample("lifelike").result()

@@ -7,6 +7,8 @@ import pytest
 
 pytest.importorskip("psutil")
 
+pytestmark = pytest.mark.slow
+
 
 def test_a_batch_that_is_killed_loses_nothing_and_does_nothing_twice(repository):
     """Twice here; ``python -m benchmarks.kills`` does it twenty times."""
