@@ -33,7 +33,7 @@ demo: $(READY_APP) ## mesh a sample heart and look at the result in out/demo
 test: $(READY) ## run all tests, on two processes
 	$(BIN)/pytest -n 2 --dist loadscope --durations=10
 
-test-fast: $(READY) ## run the tests that are not marked slow, in about two minutes
+test-fast: $(READY) ## run the tests that are not marked slow
 	$(BIN)/pytest -n 2 --dist loadscope -m "not slow" tests
 
 check: $(READY) ## lint, format, types, spelling, layers

@@ -36,6 +36,7 @@ def assert_orthonormal(*axes):
     assert length < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["hex8", "hex20", "hex27", "tet4", "tet10"])
 def test_data_of_points_and_cells_are_orthonormal(heart, kind):
     cells, fields = resample(heart, Resampling(kind, (2, 2, 2))), make_fields(heart, ["fibres"])
