@@ -4,24 +4,37 @@ PYTHON ?= python3.12 python3.11 python3.13 python3
 
 VENV  := .venv
 BIN   := $(VENV)/bin
-READY := $(VENV)/.ready
+
+# Two stages: what the app needs, and on top of it what tests and development need.
+READY_APP := $(VENV)/.ready-app
+READY     := $(VENV)/.ready
+
+PIP     := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+COMPILE := $(BIN)/uv pip compile pyproject.toml --quiet
+LOCK    := UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) --group build \
+    --universal --python-version 3.11 --fork-strategy fewest --generate-hashes
 
 .DEFAULT_GOAL := help
 # The same text everywhere, whatever the locale.
 export PYTHONUTF8 := 1
-.PHONY: help app demo test check bench format lock binder clean
+# Python keeps what it compiles, also where the environment asks it not to.
+export PYTHONDONTWRITEBYTECODE :=
+.PHONY: help app demo test test-fast check bench format lock binder clean
 
 help: ## list these commands
-	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 10
+	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 12
 
-app: $(READY) ## open the dashboard in the browser, with a sample heart loaded
+app: $(READY_APP) ## open the dashboard in the browser, with a sample heart loaded
 	$(BIN)/heartgen dashboard $(if $(PORT),--port $(PORT))
 
-demo: $(READY) ## mesh a sample heart and look at the result in out/demo
+demo: $(READY_APP) ## mesh a sample heart and look at the result in out/demo
 	$(BIN)/heartgen demo -o out/demo
 
 test: $(READY) ## run all tests, on two processes
 	$(BIN)/pytest -n 2 --dist loadscope --durations=10
+
+test-fast: $(READY) ## run the tests that are not marked slow
+	$(BIN)/pytest -n 2 --dist loadscope -m "not slow" tests
 
 check: $(READY) ## lint, format, types, spelling, layers
 	$(BIN)/ruff check .
@@ -37,14 +50,15 @@ format: $(READY) ## put the code in its agreed form
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-lock: $(READY) ## bring requirements.lock up to date with pyproject.toml
-	UV_CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/uv pip compile pyproject.toml --quiet \
-	    --universal --python-version 3.11 --fork-strategy fewest --generate-hashes \
-	    --extra apps --extra cohort --extra dicom --extra plot --extra dev --output-file requirements.lock
+lock: $(READY) ## bring both locks up to date with pyproject.toml
+	$(LOCK) --extra apps --extra cohort --extra dicom --extra plot --extra dev \
+	    --output-file requirements.lock
+	$(LOCK) --extra apps --extra dicom --constraints requirements.lock --no-annotate \
+	    --output-file requirements-app.lock
 
 binder: $(READY) ## bring binder/requirements.txt up to date with requirements.lock
 	printf '%s\n' '# Made from pyproject.toml and requirements.lock by: make binder' > binder/requirements.txt
-	UV_CUSTOM_COMPILE_COMMAND="make binder" $(BIN)/uv pip compile pyproject.toml --quiet \
+	UV_CUSTOM_COMPILE_COMMAND="make binder" $(COMPILE) \
 	    --python-version 3.11 --python-platform linux --extra apps --extra dicom \
 	    --constraints requirements.lock --no-annotate --no-header >> binder/requirements.txt
 
@@ -53,7 +67,7 @@ clean: ## remove the environment and everything that was made
 	    .pytest_cache .ruff_cache
 	find heartgen tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
 
-$(READY): requirements.lock
+$(READY_APP): requirements-app.lock
 	@[ -x $(BIN)/pip ] || { \
 	    for python in $(PYTHON); do \
 	        if $$python -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 11))' \
@@ -67,11 +81,15 @@ $(READY): requirements.lock
 	        "or name yours: make test PYTHON=/path/to/python3" >&2; \
 	    exit 1; \
 	}
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes \
-	    -r requirements.lock
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps \
-	    --no-build-isolation --editable .
+	@# Python compiles what is imported; to have pip compile everything takes time and 150 MB more.
+	@$(PIP) --no-compile --require-hashes -r requirements-app.lock
+	@$(PIP) --no-deps --no-build-isolation --editable .
 	@# The first fit compiles the kernels; no user and no test should have to wait for it.
 	@$(BIN)/python -c "import heartgen; from heartgen import samples; \
 	    heartgen.personalize(samples.biv(2.0).mask)"
+	@touch $@
+
+$(READY): requirements.lock $(READY_APP)
+	@echo "Adding to $(VENV) what tests and development need: this takes a few minutes, once."
+	@$(PIP) --require-hashes -r requirements.lock
 	@touch $@

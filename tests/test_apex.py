@@ -17,6 +17,8 @@ from heartgen.images import Mask
 from heartgen.mesh.validity import certify
 from heartgen.pipeline import Personalization
 
+pytestmark = pytest.mark.slow
+
 COARSE = 2.0
 """Voxel size that keeps the tests quick, mm."""
 

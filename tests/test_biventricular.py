@@ -21,6 +21,8 @@ from heartgen.mesh.validity import certify
 from heartgen.pipeline import Personalization
 from heartgen.warping import GAUSS
 
+pytestmark = pytest.mark.slow
+
 COARSE = 2.0
 """Voxel size that keeps the tests quick, mm."""
 

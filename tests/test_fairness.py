@@ -199,6 +199,7 @@ def test_both_ventricles_have_their_lines(apex: Apex) -> None:
     assert counted(HexMesh(random, topology)) == (2 * rings + right[0], 2 * around + right[1])
 
 
+@pytest.mark.slow
 def test_lines_are_chains_of_edges(both: Personalization) -> None:
     lines, mesh = mesh_lines(both.mesh), both.mesh
     element, face, direction, end = lines.edges.T
@@ -218,6 +219,7 @@ def test_lines_are_chains_of_edges(both: Personalization) -> None:
     assert len(lines.wriggle) == lines.n_lines == len(lines.direction)
 
 
+@pytest.mark.slow
 def test_basis_and_files_do_not_matter(both: Personalization, tmp_path: Path) -> None:
     expected = pytest.approx(asdict(assess_fairness(both.mesh)), abs=0.02)
     assert asdict(assess_fairness(both.mesh.to_lagrange())) == expected
@@ -250,6 +252,7 @@ def test_normals_against_an_interpolated_surface_are_not_told(anatomy: Anatomy) 
     assert assess_fairness(lv_template(anatomy, SHAPE), stack).normal_mean is None
 
 
+@pytest.mark.slow
 def test_report_tells_fairness_before_and_after_the_refinement(both: Personalization) -> None:
     report = both.report
     assert report.fairness == assess_fairness(both.mesh, both.anatomy)

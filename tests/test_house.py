@@ -1,4 +1,4 @@
-"""The rules of the house hold: lint, form, types, spelling, layers, and a lock that is in step."""
+"""The rules of the house hold: lint, form, types, spelling, layers, and locks that are in step."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ NOT_LOCKED = "bench"
 """Extra with other registration tools to compare with, which no test needs."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("check", CHECKS)
 def test_check_passes(check: str, repository: Path) -> None:
     tool, *arguments = check.split()
@@ -43,39 +44,64 @@ def test_make_check_runs_the_same(check: str, repository: Path) -> None:
     assert f"\t$(BIN)/{check}\n" in (repository / "Makefile").read_text()
 
 
-def test_lock_holds_every_declared_requirement(repository: Path) -> None:
+LOCKS = {
+    "requirements.lock": {"apps", "cohort", "dev", "dicom", "fieldml", "plot"},
+    "requirements-app.lock": {"apps", "dicom", "plot"},
+}
+"""The extras that each lock holds: of everything, and of the app alone."""
+
+
+def pins(file: Path) -> dict[str, str]:
+    """The version of each package that a lock names."""
+    found = re.findall(r"^([\w.-]+)==([\w.]+)", file.read_text(), re.MULTILINE)
+    return {canonicalize_name(name): version for name, version in found}
+
+
+def test_every_extra_but_one_is_locked(repository: Path) -> None:
     project = tomllib.loads((repository / "pyproject.toml").read_text())["project"]
-    declared = list(project["dependencies"])
-    for name, extra in project["optional-dependencies"].items():
-        declared += extra if name != NOT_LOCKED else []
-    lock = (repository / "requirements.lock").read_text()
-    pins = {
-        canonicalize_name(name): version
-        for name, version in re.findall(r"^([\w.-]+)==([\w.]+)", lock, re.MULTILINE)
-    }
+    assert set(project["optional-dependencies"]) == LOCKS["requirements.lock"] | {NOT_LOCKED}
+
+
+@pytest.mark.parametrize("lock", LOCKS)
+def test_lock_holds_every_declared_requirement(lock: str, repository: Path) -> None:
+    settings = tomllib.loads((repository / "pyproject.toml").read_text())
+    project = settings["project"]
+    declared = [*project["dependencies"], *settings["dependency-groups"]["build"]]
+    for extra in LOCKS[lock]:
+        declared += project["optional-dependencies"][extra]
+    locked = pins(repository / lock)
+    assert len(locked) > len(project["dependencies"])
     for requirement in map(Requirement, declared):
         if requirement.name == project["name"]:  # an extra that builds on another
             continue
-        pin = pins.get(canonicalize_name(requirement.name))
-        assert pin is not None, f"{requirement.name} is not in requirements.lock: run make lock"
+        pin = locked.get(canonicalize_name(requirement.name))
+        assert pin is not None, f"{requirement.name} is not in {lock}: run make lock"
         assert pin in requirement.specifier, f"{requirement} is locked at {pin}: run make lock"
 
 
-def test_lock_names_no_place(repository: Path) -> None:
-    lock = (repository / "requirements.lock").read_text()
-    assert not re.findall(r"^--(?:extra-)?index-url|^--find-links|://| @ ", lock, re.MULTILINE)
+@pytest.mark.parametrize("lock", LOCKS)
+def test_lock_names_no_place(lock: str, repository: Path) -> None:
+    text = (repository / lock).read_text()
+    assert not re.findall(r"^--(?:extra-)?index-url|^--find-links|://| @ ", text, re.MULTILINE)
 
 
-def test_binder_installs_what_is_locked(repository: Path) -> None:
-    lock = (repository / "requirements.lock").read_text()
-    pins = dict(re.findall(r"^([\w.-]+)==([\w.]+)", lock, re.MULTILINE))
-    wanted = (repository / "binder" / "requirements.txt").read_text()
-    binder = dict(re.findall(r"^([\w.-]+)==([\w.]+)", wanted, re.MULTILINE))
-    assert {"voila", "jupyterlab", "jupyter-server-proxy", "pyvista"} <= set(binder)
-    stale = {name: pin for name, pin in binder.items() if pins.get(name) != pin}
-    assert not stale, "binder/requirements.txt is not in step with the lock: run make binder"
+@pytest.mark.parametrize("file", ["requirements-app.lock", "binder/requirements.txt"])
+def test_what_shows_the_app_is_locked_alike(file: str, repository: Path) -> None:
+    everything, part = pins(repository / "requirements.lock"), pins(repository / file)
+    assert {"voila", "jupyterlab", "jupyter-server-proxy", "pyvista"} <= set(part)
+    stale = {name: pin for name, pin in part.items() if everything.get(name) != pin}
+    assert not stale, f"{file} is not in step with requirements.lock: run make lock, make binder"
 
 
+def test_app_is_set_up_without_what_only_developers_need(repository: Path) -> None:
+    project = tomllib.loads((repository / "pyproject.toml").read_text())["project"]
+    dev = {canonicalize_name(Requirement(r).name) for r in project["optional-dependencies"]["dev"]}
+    tools = dev - {project["name"]}
+    assert {"pytest", "mypy", "playwright", "mfem"} <= tools
+    assert not tools & set(pins(repository / "requirements-app.lock"))
+
+
+@pytest.mark.slow
 def test_every_benchmark_can_be_imported(repository: Path) -> None:
     files = sorted(p.relative_to(repository) for p in (repository / "benchmarks").rglob("*.py"))
     modules = [".".join(p.with_suffix("").parts) for p in files if not p.stem.startswith("__")]

@@ -55,6 +55,7 @@ def test_result_is_valid_good_and_described(fitted: Personalization) -> None:
     assert report.name in str(report)
 
 
+@pytest.mark.slow
 def test_quality_does_not_cost_accuracy_unless_asked(
     lifelike: samples.Sample, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -72,6 +73,7 @@ def test_quality_does_not_cost_accuracy_unless_asked(
     assert asked.report.quality.mean > kept.report.quality.mean
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_smooth_phantom_in_any_orientation_against_its_true_surface(seed: int) -> None:
     sample = samples.ideal_cup(1.0, rotation=seed)
@@ -87,6 +89,7 @@ def test_smooth_phantom_in_any_orientation_against_its_true_surface(seed: int) -
     assert cavity == pytest.approx(truth.cavity_volume, rel=0.01)
 
 
+@pytest.mark.slow
 def test_mesh_follows_the_wall_not_the_papillary_muscles() -> None:
     sample = samples.load("papillary")
     result = heartgen.personalize(sample.mask, lod=1)
@@ -97,6 +100,7 @@ def test_mesh_follows_the_wall_not_the_papillary_muscles() -> None:
     assert error < 0.5
 
 
+@pytest.mark.slow
 def test_valve_anatomy_is_truncated_and_the_wall_below_it_fitted() -> None:
     sample = samples.load("valves")
     result = heartgen.personalize(sample.mask)
@@ -109,6 +113,7 @@ def test_valve_anatomy_is_truncated_and_the_wall_below_it_fitted() -> None:
     assert off.anatomy.base.truncation is None
 
 
+@pytest.mark.slow
 def test_truncation_by_a_distance(lifelike: samples.Sample, fitted: Personalization) -> None:
     cut = heartgen.personalize(lifelike.mask, truncate=10.0)
     assert cut.anatomy.length == pytest.approx(fitted.anatomy.length - 10, abs=COARSE)
@@ -123,6 +128,7 @@ def moved(mask: Mask, rotation: np.ndarray, shift: np.ndarray, scale: float = 1.
     return Mask(mask.voxels, affine @ mask.affine, mask.name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [1.0, 0.1, 0.3])
 def test_equivariance_under_motion_and_units(
     lifelike: samples.Sample, fitted: Personalization, scale: float
@@ -136,6 +142,7 @@ def test_equivariance_under_motion_and_units(
     assert other.report.quality.mean == pytest.approx(fitted.report.quality.mean, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("order", "flips"), [((2, 0, 1), ()), ((0, 1, 2), (0, 2)), ((1, 0, 2), (1,))]
 )
@@ -166,11 +173,13 @@ def test_equivariance_under_the_order_of_image_axes(
     assert np.abs(other.mesh.evaluate(xi) - fitted.mesh.evaluate(xi)).max() < 0.05
 
 
+@pytest.mark.slow
 def test_two_runs_agree_bit_for_bit(lifelike: samples.Sample, fitted: Personalization) -> None:
     again = heartgen.personalize(lifelike.mask)
     assert np.array_equal(again.mesh.dofs, fitted.mesh.dofs)
 
 
+@pytest.mark.slow
 def test_a_level_is_the_state_after_that_many_passes(lifelike: samples.Sample) -> None:
     three = heartgen.personalize(lifelike.mask, lod=3, refine=False)
     two = heartgen.personalize(lifelike.mask, lod=2, refine=False)
@@ -179,6 +188,7 @@ def test_a_level_is_the_state_after_that_many_passes(lifelike: samples.Sample) -
     assert np.array_equal(mesh.dofs, two.mesh.dofs)
 
 
+@pytest.mark.slow
 def test_before_a_refinement_registration_stops_early(lifelike: samples.Sample) -> None:
     five = heartgen.personalize(lifelike.mask, lod=5)
     assert len(five.deformations) == REFINED_PASSES_OF_ONE
@@ -186,6 +196,7 @@ def test_before_a_refinement_registration_stops_early(lifelike: samples.Sample) 
     assert not any(f.check == "level of detail" for f in five.report.findings)
 
 
+@pytest.mark.slow
 def test_several_levels_at_once_give_the_same_meshes(lifelike: samples.Sample) -> None:
     both = heartgen.personalize_levels(lifelike.mask, (1, 2))
     for lod, result in zip((1, 2), both, strict=True):
@@ -194,12 +205,14 @@ def test_several_levels_at_once_give_the_same_meshes(lifelike: samples.Sample) -
         assert result.options == alone.options
 
 
+@pytest.mark.slow
 def test_without_refinement_the_mesh_is_the_enhanced_one(lifelike: samples.Sample) -> None:
     result = heartgen.personalize(lifelike.mask, refine=False)
     assert result.mesh is result.enhanced
     assert result.report.success
 
 
+@pytest.mark.slow
 def test_refinement_gains_quality_and_keeps_or_gains_accuracy(lifelike: samples.Sample) -> None:
     for lod in (1, 3):
         paper = heartgen.personalize(lifelike.mask, lod=lod, refine=False).report
@@ -208,6 +221,7 @@ def test_refinement_gains_quality_and_keeps_or_gains_accuracy(lifelike: samples.
         assert ours.quality.mean > paper.quality.mean - 0.005
 
 
+@pytest.mark.slow
 def test_both_ventricles_against_their_true_surfaces() -> None:
     sample = samples.load("biv")
     result = heartgen.personalize(sample.mask, lod=3)
@@ -220,6 +234,7 @@ def test_both_ventricles_against_their_true_surfaces() -> None:
         assert error < 0.35, name
 
 
+@pytest.mark.slow
 def test_a_left_ventricle_can_be_asked_for() -> None:
     with pytest.raises(AnatomyError, match="two blood pools"):
         heartgen.personalize(samples.load("biv").mask, ventricles="lv")
@@ -227,6 +242,7 @@ def test_a_left_ventricle_can_be_asked_for() -> None:
         heartgen.personalize(samples.load("biv").mask, ventricles="both")
 
 
+@pytest.mark.slow
 def test_error_falls_with_the_level_of_detail(lifelike: samples.Sample) -> None:
     errors = [heartgen.personalize(lifelike.mask, lod=k).report.accuracy.mean for k in (1, 3, 5)]
     assert errors[1] <= 1.02 * errors[0]
@@ -253,6 +269,7 @@ def test_enhanced_lines_across_the_wall_are_straight(fitted: Personalization) ->
     assert (aside / np.sum(chord**2, axis=1)[:, None]).max() < 1e-10
 
 
+@pytest.mark.slow
 def test_linear_depth_puts_the_middle_of_the_wall_in_the_middle(lifelike: samples.Sample) -> None:
     result = heartgen.personalize(lifelike.mask, depth="linear")
     at = np.array([[0.4, 0.5, 0.0], [0.4, 0.5, 0.5], [0.4, 0.5, 1.0]])
@@ -269,6 +286,7 @@ def test_warp_of_an_affine_map_is_exact(fitted: Personalization) -> None:
     assert np.abs(carried.control - expected.control).max() < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("elements", [(2, 8, 4), (1, 16, 10), (3, 12, 6)])
 def test_elements_are_free(lifelike: samples.Sample, elements: tuple[int, int, int]) -> None:
     result = heartgen.personalize(lifelike.mask, elements=elements)
@@ -277,6 +295,7 @@ def test_elements_are_free(lifelike: samples.Sample, elements: tuple[int, int, i
     assert result.report.success
 
 
+@pytest.mark.slow
 def test_the_lagrange_basis_is_the_same_mesh(
     lifelike: samples.Sample, fitted: Personalization
 ) -> None:
@@ -286,6 +305,7 @@ def test_the_lagrange_basis_is_the_same_mesh(
     assert lagrange.report.quality.valid
 
 
+@pytest.mark.slow
 def test_progress_names_every_step_and_can_cancel(lifelike: samples.Sample) -> None:
     seen: list[tuple[str, float]] = []
     heartgen.personalize(lifelike.mask, progress=lambda s, d: seen.append((s, d)))
@@ -300,6 +320,7 @@ def test_progress_names_every_step_and_can_cancel(lifelike: samples.Sample) -> N
         heartgen.personalize(lifelike.mask, lod=3, progress=stop)
 
 
+@pytest.mark.slow
 def test_slices_that_are_shifted_are_moved_back_and_reported() -> None:
     mask = samples.lifelike_lv((1.5, 1.5, 8.0)).mask
     moves = np.random.default_rng(3).normal(0, 2, (mask.voxels.shape[2], 2)).round().astype(int)
@@ -364,6 +385,7 @@ def test_bad_choices_get_a_sentence(
         heartgen.personalize(lifelike.mask, **choice)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", samples.names())
 def test_every_sample_is_fitted(name: str) -> None:
     report = heartgen.personalize(samples.load(name).mask).report
@@ -371,10 +393,13 @@ def test_every_sample_is_fitted(name: str) -> None:
     assert report.success
 
 
+@pytest.mark.slow
 def test_real_cases_succeed(shared_data: Path) -> None:
     cases = sorted((shared_data / "lv").glob("*.nii.gz"))[::40]
-    cases += sorted((shared_data / "sampled" / "tilted").glob("*.nii.gz"))[::12]
-    for case in cases:
+    tilted = sorted((shared_data / "sampled" / "tilted").glob("*.nii.gz"))[::12]
+    assert cases
+    assert tilted
+    for case in cases + tilted:
         report = heartgen.personalize(heartgen.read_mask(case)).report
         assert report.success, case.name
         assert report.quality.valid, case.name

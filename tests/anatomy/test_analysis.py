@@ -15,6 +15,7 @@ from heartgen.images import Mask
 from heartgen.images.levelset import signed_distance
 
 
+@pytest.mark.slow
 @settings(max_examples=8)
 @given(seed=st.integers(0, 1000), spacing=st.sampled_from([1.5, 2.0]))
 def test_cup_in_any_orientation(seed: int, spacing: float) -> None:
@@ -112,6 +113,7 @@ def test_a_missing_apex_is_told_with_size_and_place() -> None:
     assert "below the base" in told.message
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(st.integers(0, 1000))
 def test_convex_hull_agrees_with_half_spaces(seed: int) -> None:
@@ -157,6 +159,7 @@ def test_tube_open_at_both_ends_is_refused() -> None:
         analyse(Mask(tube, np.eye(4)))
 
 
+@pytest.mark.slow
 def test_papillary_muscles_belong_to_the_pool() -> None:
     sample = samples.load("papillary")
     found = analyse(sample.mask)

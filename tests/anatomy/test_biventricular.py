@@ -104,6 +104,7 @@ def check(mask: Mask, axes: np.ndarray, scale: float = 1.0) -> None:
     assert found.base.truncation is None
 
 
+@pytest.mark.slow
 @settings(max_examples=3)
 @given(seed=st.integers(0, 1000))
 def test_both_ventricles_in_any_orientation(seed: int) -> None:
@@ -111,6 +112,7 @@ def test_both_ventricles_in_any_orientation(seed: int) -> None:
     check(image(turn), turn)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spacing", [(1.0, 1.0, 2.5), (2.0, 1.2, 1.2)])
 def test_voxels_may_be_anisotropic(spacing: tuple[float, float, float]) -> None:
     check(image(spacing=spacing), np.eye(3))
@@ -120,6 +122,7 @@ def test_hearts_may_be_small() -> None:
     check(image(spacing=(0.4, 0.4, 0.4), scale=0.2), np.eye(3), scale=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [(1, 2, 0), (2, 1, 0)])
 @pytest.mark.parametrize("flip", [None, 0, 2])
 def test_order_and_direction_of_image_axes_do_not_matter(
@@ -140,6 +143,7 @@ def test_order_and_direction_of_image_axes_do_not_matter(
     assert one.rv.insertion == pytest.approx(other.rv.insertion, abs=0.01)
 
 
+@pytest.mark.slow
 def test_mirrored_heart_has_mirrored_insertions() -> None:
     turn = Rotation.from_euler("xyz", [20, 10, 0], degrees=True).as_matrix()
     mask = image(turn)
@@ -150,6 +154,7 @@ def test_mirrored_heart_has_mirrored_insertions() -> None:
     assert other.rv.insertion == pytest.approx(-one.rv.insertion[::-1], abs=0.02)
 
 
+@pytest.mark.slow
 def test_right_ventricle_may_be_large_or_small() -> None:
     for scale in (0.75, 1.3):
         found = analyse(image(right_scale=scale))
@@ -158,6 +163,7 @@ def test_right_ventricle_may_be_large_or_small() -> None:
         assert found.frame[0, 0] > 0.99
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spacing", [1.5, 2.0])
 def test_right_pool_reaches_into_the_corners(spacing: float) -> None:
     mask = image(spacing=(spacing,) * 3)
@@ -169,6 +175,7 @@ def test_right_pool_reaches_into_the_corners(spacing: float) -> None:
     assert depth.max() < 0.7 * spacing
 
 
+@pytest.mark.slow
 def test_thin_walls_are_kept_apart() -> None:
     mask = image(spacing=(1.5, 1.5, 1.5))
     world = mask.to_world(np.argwhere(np.ones_like(mask.voxels)).astype(float))
@@ -203,6 +210,7 @@ def heart_filled(points: np.ndarray) -> np.ndarray:
     return np.asarray(outer & (points[..., 2] < 0))
 
 
+@pytest.mark.slow
 def test_ventricles_can_be_demanded() -> None:
     both, left = image(), samples.ideal_cup(2.0).mask
     assert analyse(both, ventricles="biv").rv is not None

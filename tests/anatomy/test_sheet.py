@@ -65,6 +65,7 @@ def test_outflow_tract_is_passed_through():
     assert over.max() < HIGHEST * LENGTH + 1
 
 
+@pytest.mark.slow
 def test_valves_end_the_mesh_on_a_sheet_or_on_a_plane():
     mask = heartgen.samples.load("valves").mask
     rim, plane = analyse(mask), analyse(mask, follow_rim=False)

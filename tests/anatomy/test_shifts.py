@@ -122,6 +122,7 @@ def test_few_slices_tell_nothing(mask: Mask, moves: np.ndarray) -> None:
     assert not find_shifts(part).any()
 
 
+@pytest.mark.slow
 def test_slices_are_moved_back(mask: Mask, moves: np.ndarray) -> None:
     as_given = shifted(mask, moves)
     straight = analyse(mask)
@@ -142,6 +143,7 @@ def test_slices_are_moved_back(mask: Mask, moves: np.ndarray) -> None:
     assert misfit(auto) < 0.8 * misfit(off)
 
 
+@pytest.mark.slow
 def test_contours_and_surfaces_stay_together(mask: Mask, moves: np.ndarray) -> None:
     anatomy = analyse(shifted(mask, moves))
     assert anatomy.slices is not None

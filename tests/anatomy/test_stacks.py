@@ -91,6 +91,7 @@ def test_missing_basal_slices(sample: samples.Sample, anatomy: Anatomy) -> None:
     assert found.length == pytest.approx(anatomy.length - 16, abs=0.5)
 
 
+@pytest.mark.slow
 def test_both_ventricles() -> None:
     dense, stack = (analyse(samples.biv(s).mask) for s in (2.0, STACK))
     assert dense.rv is not None

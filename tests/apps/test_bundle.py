@@ -16,6 +16,8 @@ from heartgen.apps.bundle import make_bundle, reproduce
 from heartgen.apps.runs import Outcome
 from heartgen.errors import HeartgenError
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def bundle(finished):

@@ -11,6 +11,8 @@ pytest.importorskip("trame_vtk")
 from heartgen.apps import compare, look
 from heartgen.errors import InputError
 
+pytestmark = pytest.mark.slow
+
 
 def test_a_result_can_be_looked_at(finished):
     result = finished.shown.result

@@ -83,6 +83,7 @@ def test_a_frame_of_a_cine_is_read_and_its_code_says_so(tmp_path):
     assert case.code == "heartgen.read_mask('cine.nii.gz', frame='2')"
 
 
+@pytest.mark.slow
 def test_cancel_counts_at_once_and_stops_the_pipeline(session):
     session.load_sample("lifelike").result()
     reached = threading.Event()
@@ -98,6 +99,7 @@ def test_cancel_counts_at_once_and_stops_the_pipeline(session):
     assert run.phase == "cancelled"
 
 
+@pytest.mark.slow
 def test_a_run_after_a_cancelled_one_finishes(session):
     session.load_sample("lifelike").result()
     session.start()
@@ -106,15 +108,34 @@ def test_a_run_after_a_cancelled_one_finishes(session):
     assert [run.phase for run in session.runs] == ["cancelled", "done"]
 
 
-def test_contradicting_choices_are_told(session):
+@pytest.mark.slow
+def test_chosen_elements_are_those_of_the_mesh(session):
     session.load_sample("lifelike").result()
-    session.choices.set_trait("quality", 1.0)
     session.choices.default_elements = False
     session.choices.circumferential, session.choices.longitudinal = 8, 4
     session.start().result()
     assert session.shown.result.mesh.topology.shape == (1, 8, 4)
 
 
+def test_contradicting_choices_are_told(session):
+    session.load_sample("lifelike").result()
+    session.choices.topology = "patch"
+    session.choices.default_elements = False
+    session.choices.circumferential = 9
+    told = "9 elements around cannot end in a square patch"
+    assert session.states["choices"].phase == "failed"
+    assert told in session.states["choices"].reason
+    assert session.states["run"].phase == "blocked"
+    assert "contradict" in session.states["run"].reason
+    with pytest.raises(HeartgenError, match=told):
+        session.start()
+    assert session.runs == []
+    session.choices.circumferential = 8
+    assert phases(session)["choices"] == "done"
+    assert phases(session)["run"] == "ready"
+
+
+@pytest.mark.slow
 def test_basis_is_handed_on(session):
     session.load_sample("lifelike").result()
     session.choices.basis = "lagrange"
@@ -143,6 +164,7 @@ def test_truncation_has_the_heart_measured_anew(session):
     assert session.anatomy.base.truncation == pytest.approx(session.choices.distance)
 
 
+@pytest.mark.slow
 def test_levels_are_siblings_and_the_chosen_one_is_shown(session):
     session.load_sample("lifelike").result()
     session.choices.lod = 2
@@ -152,6 +174,7 @@ def test_levels_are_siblings_and_the_chosen_one_is_shown(session):
     assert session.runs[0].shares == dict.fromkeys(STEPS, 1.0)
 
 
+@pytest.mark.slow
 def test_showing_an_older_run_brings_its_input_back(session):
     session.load_sample("lifelike").result()
     session.start().result()

@@ -9,6 +9,8 @@ from heartgen.apps.standalone import DISTANCE, PLAIN, colour_by, colours_of, mak
 from heartgen.errors import InputError
 from heartgen.formats import write_mesh
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def scene(finished, tmp_path_factory):

@@ -13,6 +13,8 @@ pytest.importorskip("trame_vtk")
 from heartgen.apps.scene import View, mask_scene, mesh_scene
 from heartgen.apps.viewer import PROXY_VARIABLES, HeartView, has_proxy
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def alone(monkeypatch):

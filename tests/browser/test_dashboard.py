@@ -15,6 +15,8 @@ import pytest
 import heartgen
 from heartgen import samples
 
+pytestmark = pytest.mark.slow
+
 SATURATED = 40
 """Difference of colour channels from which a pixel is no grey."""
 

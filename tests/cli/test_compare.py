@@ -10,6 +10,8 @@ import heartgen
 from benchmarks.solids import ellipsoid
 from heartgen.formats import write_mesh
 
+pytestmark = pytest.mark.slow
+
 STATES = {"rest": (22.0, 60.0, 10.0, 20.0), "half": (18.0, 56.0, 12.0, 18.0)}
 SQUEEZED = (15.0, 52.0, 14.0, 17.0)
 

@@ -9,6 +9,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 import heartgen
 from heartgen import samples
 
+pytestmark = pytest.mark.slow
+
 
 def test_demo_makes_everything(run, names, files, tmp_path):
     nibabel = pytest.importorskip("nibabel")

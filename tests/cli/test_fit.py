@@ -13,6 +13,8 @@ import pyvista as pv
 from heartgen import pipeline, samples
 from heartgen.options import STEPS
 
+pytestmark = pytest.mark.slow
+
 
 def test_fit_writes_mesh_and_report(names, files, fitted):
     outcome, out = fitted

@@ -7,6 +7,8 @@ import pytest
 
 import heartgen
 
+pytestmark = pytest.mark.slow
+
 nibabel = pytest.importorskip("nibabel")
 
 

@@ -8,6 +8,8 @@ import pytest
 
 from heartgen import samples
 
+pytestmark = pytest.mark.slow
+
 QUICK = ("--elements", "1x4x2", "--no-refine", "--fields", "none")
 
 

@@ -15,6 +15,8 @@ from heartgen.cli.cohort import app
 from heartgen.cohort import Workers, batch, read_results
 from heartgen.errors import HeartgenError, InputError
 
+pytestmark = pytest.mark.slow
+
 FILES = ["mesh.exf", "mesh.vtu", "report.json", "rows.json"]
 
 

@@ -13,6 +13,8 @@ import pytest
 from heartgen import samples
 from heartgen.cohort import Case, Workers, batch
 
+pytestmark = pytest.mark.slow
+
 PATIENCE = 60.0
 """Seconds after which a process that should have come up is given up."""
 

@@ -15,6 +15,8 @@ from heartgen.cohort.job import Job
 from heartgen.errors import HeartgenError, InputError
 from heartgen.options import Options
 
+pytestmark = pytest.mark.slow
+
 QUICK = Options(elements=(1, 4, 2), refine=False)
 
 REASONS = {

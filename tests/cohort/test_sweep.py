@@ -11,6 +11,8 @@ from heartgen.cohort.summary import by_options, summarize
 from heartgen.errors import InputError
 from heartgen.viewing.tradeoff import draw_sweep
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def mask():

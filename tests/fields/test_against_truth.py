@@ -16,6 +16,8 @@ from benchmarks.cups import cup_of
 from benchmarks.truth import PHANTOMS, Comparison, compare, mean, percentile
 from heartgen.samples import Sample, ideal_cup
 
+pytestmark = pytest.mark.slow
+
 COARSE = 1.5
 """Voxel size of the phantoms that have no other, mm."""
 

@@ -36,6 +36,7 @@ def assert_orthonormal(*axes):
     assert length < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["hex8", "hex20", "hex27", "tet4", "tet10"])
 def test_data_of_points_and_cells_are_orthonormal(heart, kind):
     cells, fields = resample(heart, Resampling(kind, (2, 2, 2))), make_fields(heart, ["fibres"])
@@ -56,6 +57,7 @@ def test_cubics_alone_are_far_from_a_right_angle(usual):
     assert off(*axes)[0] > 100 * DEGREES
 
 
+@pytest.mark.slow
 def test_opencarp_has_right_angles(heart, tmp_path):
     path = tmp_path / file_name("heart", "pts")
     write_mesh(heart, path, make_fields(heart), "pts")
@@ -83,6 +85,7 @@ def test_abaqus_has_right_angles(heart, tmp_path):
     assert_orthonormal(found[:, :3], found[:, 3:6])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["vtu-cells", "xdmf"])
 def test_grids_have_right_angles(heart, form, tmp_path):
     pv = pytest.importorskip("pyvista")

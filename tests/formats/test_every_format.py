@@ -85,6 +85,7 @@ def by_quadrature(reader, files):
     return float((reader(files).determinants(xi) @ weights).sum())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", FORMATS)
 def test_somebody_else_finds_the_volume(based, form, tmp_path):
     how = FORMATS[form].write

@@ -230,6 +230,7 @@ def written(mesh: HexMesh, folder, form, fields=()):
     return write_mesh(mesh, folder / file_name("mesh", form), fields, form).files
 
 
+@pytest.mark.slow
 @each_reader
 def test_places_and_volume_are_ours(based, tmp_path, form, reader):
     reading = reader(written(based, tmp_path, form))
@@ -239,6 +240,7 @@ def test_places_and_volume_are_ours(based, tmp_path, form, reader):
     assert np.sum(reading.determinants(xi) @ weights) == pytest.approx(volume(based), rel=1e-6)
 
 
+@pytest.mark.slow
 @each_reader
 def test_fields_are_ours(heart, tmp_path, form, reader):
     n, around = heart.n_elements, heart.topology.index[:, 1].max() + 1

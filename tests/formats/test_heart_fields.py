@@ -63,6 +63,7 @@ def test_vtk_finds_directions_of_length_one_and_segments(usual, fields, tmp_path
         assert np.ptp(inside) < np.pi
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["exf", "ex1", "fieldml"])
 def test_zinc_makes_our_fibres_of_the_angles(heart, tmp_path, form):
     zinc = pytest.importorskip("cmlibs.zinc.context")

@@ -45,6 +45,7 @@ def as_set(faces):
     return {tuple(face) for face in faces.tolist()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["exf", "ex1", "vtu"])
 def test_what_is_read_is_what_was_written(based, tmp_path, form):
     fields = some_fields(based)

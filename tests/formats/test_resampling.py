@@ -77,6 +77,7 @@ def test_scaled_jacobian_is_that_of_verdict(name):
 # --- geometry ------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", CHOICES)
 def test_cells_fill_hearts_without_folds_or_gaps(heart, kind):
     check_cells(heart, resample(heart, Resampling(kind, (1, 2, 2))))

@@ -22,6 +22,7 @@ GRIDS = ("vtu-cells", "xdmf")
 KINDS = ("hex8", "hex20", "hex27", "tet4", "tet10")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", GRIDS)
 @pytest.mark.parametrize("kind", KINDS)
 def test_pyvista_reads_the_grid(heart, form, kind, tmp_path):
@@ -34,6 +35,7 @@ def test_pyvista_reads_the_grid(heart, form, kind, tmp_path):
     assert_data(grid.point_data, grid.cell_data, heart, cells)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_meshio_reads_the_grid(heart, kind, tmp_path):
     meshio = pytest.importorskip("meshio")

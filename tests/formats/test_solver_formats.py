@@ -14,6 +14,7 @@ from .simple import MESHIO, assert_same_cells, fields_of, written
 # --- Abaqus --------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["hex8", "hex20", "tet4", "tet10"])
 def test_meshio_reads_abaqus(heart, kind, tmp_path, monkeypatch):
     meshio = pytest.importorskip("meshio")

@@ -89,7 +89,9 @@ def test_scar_outside_the_wall_is_none(left, heart, save):
         read_labels(path, "emidec")
 
 
+@pytest.mark.slow
 def test_real_right_pools_are_right_pools(shared_data):
     paths = sorted((shared_data / "stacks" / "labels").glob("*.nii.gz"))
+    assert paths
     for path in paths[::8]:
         assert "scheme acdc" in read_labels(path, "auto").findings[0].message

@@ -257,6 +257,7 @@ def test_sound_files_are_read(name, worker):
     assert worker.answer(name, worker.sound[name]) == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 @settings(max_examples=EXAMPLES)
 @given(data=st.data())

@@ -263,6 +263,7 @@ def test_mask_without_a_word_about_its_labels_is_pointed_to_them(acdc):
         read_mask(acdc)
 
 
+@pytest.mark.slow
 def test_real_stacks_are_read_by_name_and_by_themselves(shared_data):
     paths = sorted((shared_data / "stacks" / "labels").glob("*.nii.gz"))
     assert len(paths) >= 40

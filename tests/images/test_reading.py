@@ -300,7 +300,9 @@ def test_nothing_reaches_the_terminal_and_importing_stays_light(cup, save, tmp_p
 
 
 def test_real_label_stacks(shared_data):
-    for path in sorted((shared_data / "stacks" / "labels").glob("*.nii.gz"))[:4]:
+    paths = sorted((shared_data / "stacks" / "labels").glob("*.nii.gz"))[:4]
+    assert len(paths) == 4
+    for path in paths:
         mask = read_mask(path, label=2)
         assert mask.voxels.sum() == (np.asarray(nib.load(path).dataobj) == 2).sum()
         assert mask.stack_axis == 2

@@ -45,6 +45,7 @@ def rotation() -> np.ndarray:
     return turn * np.sign(np.linalg.det(turn))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", [np.eye(3), np.eye(3)[[1, 2, 0]], rotation()], ids=str)
 def test_contours_bound_what_they_bound(turn, write):
     place = np.array([30.0, -80.0, 200.0])

@@ -36,6 +36,7 @@ def bare(labels, wall):
     return ndi.binary_dilation(labels == 1) & (labels == 0) & ~wall
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("spacing", "thickness", "rotation", "tolerance"),
     [

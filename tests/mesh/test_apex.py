@@ -199,6 +199,7 @@ def test_a_grading_that_does_not_change_is_that_of_the_whole_wall(name: str) -> 
     assert abs(one - other).max() < 1e-15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("apex", ["hole", "patch"])
 def test_a_grading_by_row_makes_better_elements(oval: TruncatedEllipsoid, apex: str) -> None:
     def quality(by_row: bool) -> float:
@@ -232,6 +233,7 @@ def check_laws(topology: Topology) -> None:
     assert len(np.unique(fine.topology.index, axis=0)) == fine.n_elements
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("apex", ["collapsed", "hole", "patch"])
 def test_an_affine_map_is_reproduced_by_the_warp(oval: TruncatedEllipsoid, apex: str) -> None:
     mesh = ellipsoid_mesh(oval, (1, 12, 6), apex=apex, hole=HOLE)
@@ -241,6 +243,7 @@ def test_an_affine_map_is_reproduced_by_the_warp(oval: TruncatedEllipsoid, apex:
     np.testing.assert_allclose(warped.control, expected, atol=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("elements", "close"), [((1, 12, 6), 0.1), ((2, 8, 5), 0.2)])
 def test_every_topology_has_the_surfaces_of_the_ellipsoid(
     elements: tuple[int, int, int], close: float
@@ -271,6 +274,7 @@ def test_every_topology_has_the_surfaces_of_the_ellipsoid(
     assert 0.97 * exact < volumes["hole"] < exact
 
 
+@pytest.mark.slow
 def test_the_hole_has_its_radius(oval: TruncatedEllipsoid) -> None:
     mesh = ellipsoid_mesh(oval, (1, 12, 6), apex="hole", hole=HOLE)
     rim = mesh.evaluate(np.array([[0.0, 0.0, 0.0]]))[mesh.topology.surfaces["apex"][:, 0], 0]

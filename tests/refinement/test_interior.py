@@ -15,6 +15,8 @@ from heartgen.mesh.surfaces import face_control
 from heartgen.pipeline import Personalization
 from heartgen.refinement import relax
 
+pytestmark = pytest.mark.slow
+
 HEARTS = {"lv": samples.lifelike_lv, "biv": samples.biv}
 
 

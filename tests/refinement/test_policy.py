@@ -30,6 +30,8 @@ from heartgen.warping import GAUSS, warp
 from tests.refinement.conftest import COARSE
 from tests.refinement.hearts import Heart
 
+pytestmark = pytest.mark.slow
+
 ELEMENTS = (2, 12, 8)
 
 

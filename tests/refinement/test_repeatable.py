@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.slow
+
 SPACING = 3.0
 """mm; coarse, so that the whole pipeline takes seconds."""
 

@@ -9,6 +9,8 @@ from scipy import ndimage
 
 from heartgen import samples
 
+pytestmark = pytest.mark.slow
+
 RADIUS, LENGTH, LV_WALL, SEPTUM, RV_WALL = 22.0, 80.0, 10.0, 10.0, 3.0
 BASE = LENGTH / 4
 POLE = BASE - LENGTH

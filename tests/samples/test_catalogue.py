@@ -10,6 +10,7 @@ from heartgen.errors import InputError
 CUP = samples.ideal_cup(4.0)
 
 
+@pytest.mark.slow
 def test_named_samples_are_the_same_at_every_call(loaded):
     assert samples.names() == samples.names(1) + samples.names(2)
     assert samples.names(1) == (

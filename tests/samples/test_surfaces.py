@@ -11,6 +11,8 @@ from scipy.spatial import KDTree
 
 from heartgen import samples
 
+pytestmark = pytest.mark.slow
+
 SURFACES = ("endo", "epi", "base")
 PARTS = [
     (name, part)

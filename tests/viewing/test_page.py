@@ -17,6 +17,8 @@ pytest.importorskip("trame_vtk")
 
 from heartgen.viewing import view_html
 
+pytestmark = pytest.mark.slow
+
 
 class Reader(HTMLParser):
     """Collects what a page shows, and what it would load."""

@@ -18,6 +18,8 @@ import pyvista as pv
 
 from heartgen.viewing.rendering import COLOURS, FIBRES, GREEN, RED, VIEWS, render
 
+pytestmark = pytest.mark.slow
+
 PANEL = 200
 
 

@@ -80,6 +80,7 @@ def test_picture_shows_the_mesh_on_white(result, tmp_path, color):
     assert drawn[SIZE[0] // 2, SIZE[1] // 2]
 
 
+@pytest.mark.slow
 def test_without_graphics_library_there_is_a_sentence_and_no_crash(tmp_path):
     """OSMesa is the window VTK falls back on, also where there is no OSMesa."""
     code = (
