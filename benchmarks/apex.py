@@ -21,7 +21,7 @@ import numpy as np
 import heartgen
 from benchmarks.hearts import independent
 from benchmarks.rows import Row, case_of, column, elements_of, masks_of, resume, table
-from heartgen.anatomy import analyse
+from heartgen.anatomy import analyze
 from heartgen.options import Apex
 
 KINDS: tuple[Any, ...] = get_args(Apex)
@@ -55,7 +55,7 @@ def main() -> None:
 def fit(job: Row) -> list[Row]:
     """One heart with every kind of apex: a row each."""
     mask = heartgen.read_mask(job["mask"])
-    anatomy = analyse(mask)
+    anatomy = analyze(mask)
     rows = []
     for apex in KINDS:
         result = heartgen.personalize(

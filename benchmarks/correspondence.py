@@ -159,8 +159,8 @@ def insertion_line(mesh: HexMesh) -> Place:
     for e in faces:
         _, c, s = index[e].tolist()
         sides = {(c - 1, s): (zero, t), (c + 1, s): (one, t), (c, s - 1): (t, zero)}
-        for neighbour, (u, v) in sides.items():
-            if neighbour not in open_ones:
+        for neighbor, (u, v) in sides.items():
+            if neighbor not in open_ones:
                 elements.append(np.full(len(t), e))
                 places.append(np.c_[u, v, one])
     return np.concatenate(elements), np.concatenate(places)

@@ -148,12 +148,12 @@ class Cup:
         parts = np.cross(spokes[:-1], spokes[1:]) / 2
         area = parts.sum(0)
         share = parts @ area
-        centre = rim[:-1].mean(0) + share @ (spokes[:-1] + spokes[1:]) / (3 * share.sum())
+        center = rim[:-1].mean(0) + share @ (spokes[:-1] + spokes[1:]) / (3 * share.sum())
         endo = self.inner.samples(40_000)[0]
-        apex = endo[np.argmax(np.abs((endo - centre) @ area))]
-        axis = unit((centre - apex)[None])[0]
+        apex = endo[np.argmax(np.abs((endo - center) @ area))]
+        axis = unit((center - apex)[None])[0]
         septal = self.toward - (self.toward @ axis) * axis
-        return HeartAxes(centre, apex, unit(septal[None])[0], "measured")
+        return HeartAxes(center, apex, unit(septal[None])[0], "measured")
 
 
 def unit(vectors: Array) -> Array:

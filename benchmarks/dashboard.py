@@ -66,7 +66,7 @@ def first(chromium: Browser, address: str, rows: list[tuple[str, str]]) -> None:
     rows.append(("URL to measured heart", since(start)))
     page.click(".hg-tab-look")
     page.wait_for_selector(".hg-frame")
-    wait(lambda: coloured(page) > 0.02)
+    wait(lambda: colored(page) > 0.02)
     rows.append(("URL to mask in 3-D", since(start)))
     before = page.locator(".hg-frame").screenshot()
     for name in ("first", "second"):
@@ -161,8 +161,8 @@ def large_mask(path: Path) -> None:
     nibabel.save(nibabel.Nifti1Image(voxels, np.diag([-1.0, -1.0, 1.0, 1.0]) @ mask.affine), path)
 
 
-def coloured(page: Page) -> float:
-    """Share of the pixels of the 3-D view that are not grey."""
+def colored(page: Page) -> float:
+    """Share of the pixels of the 3-D view that are not gray."""
     shot = page.locator(".hg-frame").screenshot()
     pixels = np.asarray(Image.open(io.BytesIO(shot)).convert("RGB"), dtype=int)
     return float(np.mean(np.ptp(pixels, axis=2) > 40))

@@ -28,7 +28,7 @@ PIPELINES = {"paper": False, "heartgen": True}
 """Names of the pipelines, and whether they refine."""
 
 LOOKS = {"paper": ("#D55E00", "s"), "heartgen": ("#0072B2", "o")}
-"""Colours that every kind of colour vision tells apart (Okabe & Ito), and markers."""
+"""Colors that every kind of color vision tells apart (Okabe & Ito), and markers."""
 
 ERROR_TOLERANCE = 1.02
 """Largest error, relative to the paper's or to the level's before, that counts as no worse."""
@@ -209,7 +209,7 @@ def draw(rows: Sequence[Row], path: Path, title: str) -> None:
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=INCHES, layout="constrained")
-    for pipeline, (colour, marker) in LOOKS.items():
+    for pipeline, (color, marker) in LOOKS.items():
         middle = []
         for lod in sorted({r["lod"] for r in rows}):
             r = [x for x in rows if (x["lod"], x["pipeline"]) == (lod, pipeline)]
@@ -217,23 +217,23 @@ def draw(rows: Sequence[Row], path: Path, title: str) -> None:
                 continue
             e, q = (np.percentile(column(r, n), (25, 50, 75)) for n in ("shown", "quality"))
             points = column(r, "shown"), column(r, "quality")
-            axes.plot(*points, marker, color=colour, alpha=0.15, markersize=3, zorder=1)
+            axes.plot(*points, marker, color=color, alpha=0.15, markersize=3, zorder=1)
             bars = [[e[1] - e[0]], [e[2] - e[1]]], [[q[1] - q[0]], [q[2] - q[1]]]
-            axes.errorbar(e[1], q[1], xerr=bars[0], yerr=bars[1], color=colour, capsize=3, zorder=3)
+            axes.errorbar(e[1], q[1], xerr=bars[0], yerr=bars[1], color=color, capsize=3, zorder=3)
             axes.annotate(
                 str(lod),
                 (e[1], q[1]),
                 xytext=(-8, 8),
                 textcoords="offset points",
                 ha="right",
-                color=colour,
+                color=color,
                 weight="bold",
             )
             middle.append((e[1], q[1]))
         if middle:
             label = {"paper": "the paper's four steps", "heartgen": "heartgen's default"}[pipeline]
             line = np.transpose(middle)
-            axes.plot(*line, marker=marker, color=colour, label=label, zorder=2)
+            axes.plot(*line, marker=marker, color=color, label=label, zorder=2)
     axes.axhline(QUALITY_THRESHOLD, color="0.4", linestyle="--", linewidth=1)
     axes.annotate(
         f"success: Q above {QUALITY_THRESHOLD}",

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 import heartgen
 from benchmarks.cups import STEP, cup_of, unit
 from heartgen import samples
-from heartgen.fields import FibreRule, HeartAxes, aha_segment, fibre_frames, heart_axes
+from heartgen.fields import FiberRule, HeartAxes, aha_segment, fiber_frames, heart_axes
 from heartgen.fields.coordinates import longitudinal
 from heartgen.fields.segments import APEX
 from heartgen.fields.wall import wall_of
@@ -107,7 +107,7 @@ class Comparison:
         return float(self.left @ self.segment / self.left.sum())
 
 
-def compare(mesh: HexMesh, truth: samples.Truth, rule: FibreRule | None = None) -> Comparison:
+def compare(mesh: HexMesh, truth: samples.Truth, rule: FiberRule | None = None) -> Comparison:
     """Compare a fitted mesh with the phantom that it was fitted to.
 
     Parameters
@@ -115,19 +115,19 @@ def compare(mesh: HexMesh, truth: samples.Truth, rule: FibreRule | None = None) 
     mesh : HexMesh
     truth : Truth
         Of a phantom of the left ventricle, or of both.
-    rule : FibreRule, optional
+    rule : FiberRule, optional
         Helix angles; the transverse and the sheet angle do not count.
 
     Returns
     -------
     Comparison
     """
-    rule = rule or FibreRule()
+    rule = rule or FiberRule()
     cup = cup_of(truth)
     wall = wall_of(mesh)
     points = truth.pose.to_heart(mesh.lagrange_points().reshape(-1, 3))
     weights = (np.abs(determinants(mesh, lattice())) * _cube(THIRDS)).ravel()
-    fibers = fibre_frames(mesh, rule)[..., 0].reshape(-1, 3) @ truth.pose.rotation
+    fibers = fiber_frames(mesh, rule)[..., 0].reshape(-1, 3) @ truth.pose.rotation
     membership, depth = wall.right.ravel(), wall.depth.ravel()
     septum, free = (np.repeat(part, 64) for part in (wall.septum, wall.free_wall))
     # Where two walls meet, the rule mixes theirs, and the truth has no word on how.
@@ -192,7 +192,7 @@ def _off_insertion(truth: samples.Truth, points: Array) -> NDArray[np.bool_]:
     return curve_distance(edge, points) > truth.shape.lv_wall
 
 
-def _right_fibers(shape: BivShape, points: Array, rule: FibreRule) -> Array:
+def _right_fibers(shape: BivShape, points: Array, rule: FiberRule) -> Array:
     """Fibers (n, 3) of the right free wall, whose surfaces are parallel to an ellipsoid."""
     steps = 1e3 * STEP * np.eye(3)  # of lengths in mm
     outward = unit(

@@ -1,4 +1,4 @@
-"""From a binary myocardium mask to a personalised cubic Hermite mesh of the ventricles."""
+"""From a binary myocardium mask to a personalized cubic Hermite mesh of the ventricles."""
 
 from __future__ import annotations
 

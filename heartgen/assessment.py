@@ -256,7 +256,7 @@ def distance_to(target: Isosurface, points: NDArray[np.float64]) -> NDArray[np.f
 
 
 def _dice(mesh: HexMesh, myocardium: LevelSet, wall_volume: float) -> float:
-    """Overlap by quadrature over the mesh: no mesh is rasterised."""
+    """Overlap by quadrature over the mesh: no mesh is rasterized."""
     xi, weights = gauss_cube(OVERLAP_GAUSS)
     parts = np.abs(determinants(mesh, xi)) * weights
     value, _ = myocardium.sample(mesh.evaluate(xi).reshape(-1, 3))

@@ -69,7 +69,7 @@ class Options:
     enhance : bool
         Straighten the mesh across the wall after warping.
     depth : {"graded", "linear"}
-        Parametrisation across the wall: graded for even elements, or proportional.
+        Parametrization across the wall: graded for even elements, or proportional.
     interior : {"straight", "relaxed"}
         What lies between the surfaces of a refined mesh: straight lines across the wall, or lines
         that bend for better elements.

@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 from heartgen.anatomy import (
     Anatomy,
     Cone,
-    analyse_under,
+    analyze_under,
     cone_through,
     raw_indicator,
     with_hole,
@@ -26,8 +26,8 @@ from heartgen.coverage import assess_coverage
 from heartgen.enhancement import enhance
 from heartgen.errors import InputError, recalling
 from heartgen.fairness import assess_fairness
-from heartgen.fields import FIELDS, FibreRule, clinical_indices, make_fields
-from heartgen.fields.catalogue import DIRECTIONS, check_names
+from heartgen.fields import FIELDS, FiberRule, clinical_indices, make_fields
+from heartgen.fields.catalog import DIRECTIONS, check_names
 from heartgen.formats import cells_of, fields_held, file_name, write_mesh, write_text
 from heartgen.images import Mask
 from heartgen.mesh import HexMesh, MeshField
@@ -83,7 +83,7 @@ class Personalization:
         folder: str | Path,
         formats: tuple[str, ...] = ("exf", "vtu"),
         fields: Iterable[str | MeshField] = tuple(FIELDS),
-        rule: FibreRule | None = None,
+        rule: FiberRule | None = None,
         cells: str | None = None,
     ) -> list[Path]:
         """Write the mesh and its report; each file appears whole or not at all.
@@ -97,8 +97,8 @@ class Personalization:
         fields : iterable of str or MeshField
             Fields on the mesh that go into the files that have a place for them: names of
             `heartgen.fields.FIELDS`, of which all are written if omitted, or fields of your own.
-        rule : FibreRule, optional
-            Angles of the fibres.
+        rule : FiberRule, optional
+            Angles of the fibers.
         cells : {"hex8", "hex20", "hex27", "tet4", "tet10"}, optional
             Cells for the formats of simple cells; the usual ones of each if omitted.
 
@@ -120,17 +120,17 @@ class Personalization:
         return [*paths, folder / REPORT]
 
     def fields(
-        self, names: Iterable[str] | None = None, rule: FibreRule | None = None
+        self, names: Iterable[str] | None = None, rule: FiberRule | None = None
     ) -> tuple[MeshField, ...]:
         """Make fields on the mesh.
 
         Parameters
         ----------
         names : iterable of str, optional
-            Of `heartgen.fields.FIELDS`: material coordinates, AHA segments, fibres and their
+            Of `heartgen.fields.FIELDS`: material coordinates, AHA segments, fibers and their
             angles, and thickness and curvature of the wall; all if omitted.
-        rule : FibreRule, optional
-            Angles of the fibres.
+        rule : FiberRule, optional
+            Angles of the fibers.
 
         Returns
         -------
@@ -166,7 +166,7 @@ def personalize(
         Called with the name of the running step and the share of it that is done. It cancels the
         run by raising `heartgen.errors.Cancelled`.
     anatomy : Anatomy, optional
-        What `heartgen.anatomy.analyse` gave for this mask under the same options, if it was asked
+        What `heartgen.anatomy.analyze` gave for this mask under the same options, if it was asked
         before; it is not asked again.
     **choices
         Single options, such as ``lod=3``, that replace those of `options`.
@@ -244,7 +244,7 @@ def _personalize(
     each = [replace(options, lod=lod) for lod in levels]
     clock = Clock(progress)
     with clock.step("shape analysis"):
-        anatomy = anatomy or analyse_under(mask, options)
+        anatomy = anatomy or analyze_under(mask, options)
         anatomy = with_views(anatomy.uncut or anatomy, views)
     with clock.step("template"):
         template = _template(anatomy, options)

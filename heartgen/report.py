@@ -1,4 +1,4 @@
-"""The report of one personalisation: plain data that a table, a page or a file can show."""
+"""The report of one personalization: plain data that a table, a page or a file can show."""
 
 from __future__ import annotations
 

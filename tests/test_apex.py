@@ -10,7 +10,7 @@ import pytest
 
 import heartgen
 from heartgen import samples
-from heartgen.anatomy import Anatomy, analyse, cone_through
+from heartgen.anatomy import Anatomy, analyze, cone_through
 from heartgen.errors import HeartgenError, InputError
 from heartgen.formats import write_exf, write_vtu
 from heartgen.images import Mask
@@ -28,7 +28,7 @@ def mask() -> Mask:
 
 @pytest.fixture(scope="module")
 def anatomy(mask: Mask) -> Anatomy:
-    return analyse(mask)
+    return analyze(mask)
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def fitted(mask: Mask, anatomy: Anatomy) -> dict[str, Personalization]:
 @pytest.fixture(scope="module")
 def both() -> dict[str, Personalization]:
     mask = samples.biv(COARSE).mask
-    known = analyse(mask)
+    known = analyze(mask)
     return {
         apex: heartgen.personalize(mask, apex=apex, anatomy=known)  # type: ignore[arg-type]
         for apex in ("hole", "patch")

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import heartgen
 from heartgen import samples
-from heartgen.anatomy import analyse
+from heartgen.anatomy import analyze
 from heartgen.images import Mask
 from heartgen.mesh.closest import closest_points
 from heartgen.mesh.projection import projector
@@ -155,7 +155,7 @@ def test_analysis_recovers_what_is_true(
     )
     truth = sample.truth
     assert truth.rv is not None
-    anatomy = analyse(sample.mask)
+    anatomy = analyze(sample.mask)
     right = anatomy.rv
     assert right is not None
     assert right.wall_thickness == pytest.approx(rv_wall, abs=0.5 * COARSE)
@@ -170,7 +170,7 @@ def test_analysis_recovers_what_is_true(
 
 
 def test_both_ventricles_can_be_demanded(sample: samples.Sample) -> None:
-    auto, told = (analyse(sample.mask, ventricles=v) for v in ("auto", "biv"))
+    auto, told = (analyze(sample.mask, ventricles=v) for v in ("auto", "biv"))
     assert told.rv is not None
     np.testing.assert_array_equal(auto.frame, told.frame)
 

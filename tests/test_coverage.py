@@ -9,7 +9,7 @@ import pytest
 
 import heartgen
 from heartgen import samples
-from heartgen.anatomy import analyse
+from heartgen.anatomy import analyze
 from heartgen.coverage import MOST_ABOVE, assess_coverage
 from heartgen.images.mask import LEFT_BLOOD, RIGHT_BLOOD, Mask
 from heartgen.pipeline import Personalization
@@ -36,7 +36,7 @@ def test_a_fitted_mesh_covers_its_heart(fitted: Personalization) -> None:
 
 def test_a_second_ventricle_that_is_not_meshed_is_told() -> None:
     both = samples.biv(COARSE).mask
-    anatomy = analyse(both)
+    anatomy = analyze(both)
     left_alone = lv_template(anatomy, (1, 12, 6))
     coverage = assess_coverage(left_alone, both, anatomy)
     assert coverage.wall < 0.9
@@ -47,7 +47,7 @@ def test_a_second_ventricle_that_is_not_meshed_is_told() -> None:
 
 def test_a_mesh_of_the_lower_half_is_told(fitted: Personalization) -> None:
     mask, anatomy = fitted.mask, fitted.anatomy
-    low = analyse(mask, truncate=anatomy.length / 2.2)
+    low = analyze(mask, truncate=anatomy.length / 2.2)
     coverage = assess_coverage(fitted.mesh, mask, low)
     assert coverage.above > MOST_ABOVE
     assert coverage.finding is not None

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 import heartgen
 from heartgen import samples
-from heartgen.anatomy import Anatomy, analyse
+from heartgen.anatomy import Anatomy, analyze
 from heartgen.fairness import CIRCUMFERENTIAL, LONGITUDINAL, assess_fairness, mesh_lines
 from heartgen.formats.assembled import assembled
 from heartgen.mesh import HexMesh
@@ -44,7 +44,7 @@ WAVES, PER_WAVE, HIGH = 2, 10, 3
 def round_cup() -> TruncatedEllipsoid:
     """A body of revolution."""
     return TruncatedEllipsoid(
-        centre=np.zeros(2),
+        center=np.zeros(2),
         lean=np.zeros(2),
         section=20 * np.eye(2),
         axis=50.0,
@@ -58,7 +58,7 @@ def round_cup() -> TruncatedEllipsoid:
 
 @pytest.fixture(scope="module")
 def anatomy() -> Anatomy:
-    return analyse(samples.ideal_cup(COARSE).mask)
+    return analyze(samples.ideal_cup(COARSE).mask)
 
 
 @pytest.fixture(scope="module")

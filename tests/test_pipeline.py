@@ -81,7 +81,7 @@ def test_smooth_phantom_in_any_orientation_against_its_true_surface(seed: int) -
     assert np.average(truth.distance(points), weights=weights) < 0.12
     assert volume(mesh) == pytest.approx(truth.wall_volume, rel=0.01)
     endo, normals, area = sample_faces(mesh, mesh.topology.surfaces["lv_endo"], 8)
-    # Divergence theorem with the cone from the centre of the base: the flat lid adds nothing.
+    # Divergence theorem with the cone from the center of the base: the flat lid adds nothing.
     lid = truth.basal_plane[0]
     cavity = float(np.einsum("nx,nx,n->", endo - lid, -normals, area)) / 3
     assert cavity == pytest.approx(truth.cavity_volume, rel=0.01)
@@ -320,7 +320,7 @@ def test_slices_that_are_shifted_are_moved_back_and_reported() -> None:
 
 @pytest.mark.parametrize(
     ("formats", "made"),
-    [((), []), (("stl", "cheart"), []), (("pts", "stl"), ["fibres"]), (("pts", "vtu"), "all")],
+    [((), []), (("stl", "cheart"), []), (("pts", "stl"), ["fibers"]), (("pts", "vtu"), "all")],
 )
 def test_fields_are_made_for_formats_that_hold_them(fitted, tmp_path, monkeypatch, formats, made):
     asked = []
@@ -334,8 +334,8 @@ def test_fields_are_made_for_formats_that_hold_them(fitted, tmp_path, monkeypatc
 def test_an_invalid_mesh_whose_fields_cannot_be_made_has_a_report(fitted, tmp_path):
     broken = replace(fitted, mesh=fitted.mesh.with_dofs(np.full_like(fitted.mesh.dofs, np.nan)))
     assert [path.name for path in broken.write(tmp_path, ())] == ["report.json"]
-    with pytest.raises(InputError, match="'fibre' is not known"):
-        broken.write(tmp_path, (), fields=["fibre"])
+    with pytest.raises(InputError, match="'fiber' is not known"):
+        broken.write(tmp_path, (), fields=["fiber"])
 
 
 def test_write_gives_three_files(fitted: Personalization, tmp_path: Path) -> None:

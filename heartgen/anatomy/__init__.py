@@ -1,6 +1,6 @@
 """Shape analysis: what there is in the mask, where it points, how large it is."""
 
-from heartgen.anatomy.analysis import Anatomy, analyse, analyse_under, raw_indicator
+from heartgen.anatomy.analysis import Anatomy, analyze, analyze_under, raw_indicator
 from heartgen.anatomy.base import Base
 from heartgen.anatomy.hole import Cone, cone_through, with_hole
 from heartgen.anatomy.plane import Plane
@@ -17,8 +17,8 @@ __all__ = [
     "RightVentricle",
     "Sheet",
     "Slices",
-    "analyse",
-    "analyse_under",
+    "analyze",
+    "analyze_under",
     "cone_through",
     "raw_indicator",
     "with_hole",

@@ -108,7 +108,7 @@ class Anatomy:
         return np.asarray((points - self.frame[:3, 3]) @ self.frame[:3, :3])
 
 
-def analyse(
+def analyze(
     mask: Mask,
     truncate: float | str = "auto",
     ventricles: str = "auto",
@@ -153,9 +153,9 @@ def analyse(
     return _measured(_shape_of_volume(mask, truncate, ventricles, follow_rim))
 
 
-def analyse_under(mask: Mask, options: Options) -> Anatomy:
-    """Measure a mask as `analyse` does, as far as options of the pipeline have a say in it."""
-    return analyse(
+def analyze_under(mask: Mask, options: Options) -> Anatomy:
+    """Measure a mask as `analyze` does, as far as options of the pipeline have a say in it."""
+    return analyze(
         mask,
         options.truncate,
         options.ventricles,
@@ -191,8 +191,8 @@ def _shape_of_volume(mask: Mask, truncate: float | str, ventricles: str, follow_
     nearest = np.argmin([level.values for level in levels], axis=0)
     base = find_base(
         [mask.to_world(cavity.opening.astype(float)) for cavity in pools],
-        [_centres(mask, wall & (nearest == n)) for n in range(len(levels))],
-        _centres(mask, pools.left.pool),
+        [_centers(mask, wall & (nearest == n)) for n in range(len(levels))],
+        _centers(mask, pools.left.pool),
         solid,
         voxel,
         truncate,
@@ -223,7 +223,7 @@ def _measured(shape: Shape) -> Anatomy:
     base, solid, levels, voxel = shape.base, shape.solid, shape.levels, shape.voxel
     below = heights(solid, base.surface) < 0
     wall = shape.wall & below
-    wall_points = shape.centres(wall)
+    wall_points = shape.centers(wall)
     pool_points = [shape.below(pool) for pool in shape.pools]
     if min(len(points) for points in (wall_points, *pool_points)) < MIN_WALL_VOXELS:
         raise AnatomyError(
@@ -278,7 +278,7 @@ def _levels(mask: Mask, pools: Pools) -> tuple[LevelSet, list[LevelSet]]:
     return first, others
 
 
-def _centres(mask: Mask, voxels: NDArray[np.bool_]) -> NDArray[np.float64]:
+def _centers(mask: Mask, voxels: NDArray[np.bool_]) -> NDArray[np.float64]:
     """World coordinates of the voxels that are set."""
     return mask.to_world(np.argwhere(voxels).astype(float))
 

@@ -69,11 +69,11 @@ def find_base(
     Parameters
     ----------
     openings : sequence of (n, 3) float64
-        Centres of the voxels at the opening of each ventricle's pool, mm, world (LPS).
+        Centers of the voxels at the opening of each ventricle's pool, mm, world (LPS).
     walls : sequence of (m, 3) float64
-        Centres of the myocardium's voxels around each ventricle's pool.
+        Centers of the myocardium's voxels around each ventricle's pool.
     pool : (p, 3) float64
-        Centres of the left ventricle's pool's voxels.
+        Centers of the left ventricle's pool's voxels.
     solid : LevelSet
         Myocardium and pools together.
     voxel : float
@@ -97,19 +97,19 @@ def find_base(
     plane = fit_plane(opening, below, voxel)
     length = -float(plane.height(pool).min())
     middles = [fit_plane(each, below, voxel).origin for each in openings]
-    centres = np.concatenate(
+    centers = np.concatenate(
         [_rim(wall, plane, middle) for wall, middle in zip(walls, middles, strict=True)]
     )
-    rim_plane = fit_plane(centres, below, voxel)
-    residual = rim_plane.height(centres)
+    rim_plane = fit_plane(centers, below, voxel)
+    residual = rim_plane.height(centers)
     irregularity = float(np.ptp(np.percentile(residual, [5, 95])))
     valves = irregularity > max(IRREGULAR_VOXELS * voxel, IRREGULAR * length)
     plane = rim_plane if valves else _refine(plane, opening, solid, voxel)
     if truncate == "off" or (truncate == "auto" and not valves):
         return Base(plane, plane, None, irregularity)
-    sheet = fit_sheet(plane, centres, length) if valves and follow else None
+    sheet = fit_sheet(plane, centers, length) if valves and follow else None
     distance = (
-        _default_truncation(sheet or plane, centres, length, voxel)
+        _default_truncation(sheet or plane, centers, length, voxel)
         if truncate == "auto"
         else float(truncate)
     )
@@ -183,7 +183,7 @@ def _rim(
 
 
 def _refine(plane: Plane, opening: NDArray[np.float64], solid: LevelSet, voxel: float) -> Plane:
-    """Plane through the sub-voxel surface over the opening instead of through voxel centres."""
+    """Plane through the sub-voxel surface over the opening instead of through voxel centers."""
     below = plane.origin - plane.normal
     points = opening
     for _ in range(3):

@@ -148,7 +148,7 @@ def deepest_pocket(space: Space, part: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def greatest(
     values: NDArray[np.float32], labels: NDArray[np.integer], count: int
 ) -> NDArray[np.float64]:
-    """Greatest value in each labelled region; quick where most of the array is unlabelled.
+    """Greatest value in each labeled region; quick where most of the array is unlabeled.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ def without_channels(pool: NDArray[np.bool_], spacing: NDArray[np.float64]) -> N
 def exposure(
     labels: NDArray[np.integer], hull: NDArray[np.bool_], which: NDArray[np.intp]
 ) -> NDArray[np.float64]:
-    """Share of the faces of each labelled region that lies on the hull.
+    """Share of the faces of each labeled region that lies on the hull.
 
     Parameters
     ----------
@@ -229,7 +229,7 @@ def _with_enclosed(
 def _faces(
     labels: NDArray[np.integer], outside: NDArray[np.bool_], which: NDArray[np.intp]
 ) -> NDArray[np.float64]:
-    """Number of voxel faces that each labelled region shares with `outside`."""
+    """Number of voxel faces that each labeled region shares with `outside`."""
     count = np.zeros(labels.shape, dtype=np.int16)
     for axis in range(3):
         for step in (-1, 1):

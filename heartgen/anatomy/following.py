@@ -1,8 +1,8 @@
 """Blood pools in the slices of a stack, followed from one slice to the next.
 
 A pool is what the wall encloses in the plane of a slice, after gaps in it are closed if need be.
-The pools of neighbouring slices are told apart by their overlap, so that neither the walls of
-neighbouring slices need to touch nor the slices need to lie on each other exactly.
+The pools of neighboring slices are told apart by their overlap, so that neither the walls of
+neighboring slices need to touch nor the slices need to lie on each other exactly.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ SECOND_POOL = 0.1
 """Area over that of the largest pool of a slice from which another one counts as a pool."""
 
 REACH = 0.5
-"""Distance between the pools of neighbouring slices, over that of the slices, up to which they
+"""Distance between the pools of neighboring slices, over that of the slices, up to which they
 belong together."""
 
 SEEN_AGAIN = 0.4
-"""Share of the smaller of two pools of neighbouring slices that must overlap if a gap in the wall
+"""Share of the smaller of two pools of neighboring slices that must overlap if a gap in the wall
 had to be closed to find one."""
 
 WIDEST_GAP = 0.8

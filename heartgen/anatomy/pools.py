@@ -134,7 +134,7 @@ def find_pools(
         if ventricles == "lv":
             raise AnatomyError(
                 "two blood pools found where a left ventricle has one: the mask is biventricular; "
-                "analyse both ventricles, or give a mask of the left ventricle alone"
+                "analyze both ventricles, or give a mask of the left ventricle alone"
             )
         return _both(space, joined or seeds)
     if ventricles == "biv":

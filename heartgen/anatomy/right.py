@@ -66,11 +66,11 @@ def measure_right(
     Parameters
     ----------
     wall : (n, 3) float64
-        Centres of the myocardium's voxels below the base, mm, world (LPS).
+        Centers of the myocardium's voxels below the base, mm, world (LPS).
     distances : sequence of three (n,) float32
         Signed distances there of the left pool, of the right pool, and of the outside, mm.
     right_points : (m, 3) float64
-        Centres of the right pool's voxels below the base, mm, world (LPS).
+        Centers of the right pool's voxels below the base, mm, world (LPS).
     right : LevelSet
         Signed distance of the right pool.
     frame : (4, 4) float64

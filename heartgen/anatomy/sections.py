@@ -153,7 +153,7 @@ def _check_choice(both: bool, ventricles: str) -> None:
     if both and ventricles == "lv":
         raise AnatomyError(
             "two blood pools found where a left ventricle has one: the mask is biventricular; "
-            "analyse both ventricles, or give a mask of the left ventricle alone"
+            "analyze both ventricles, or give a mask of the left ventricle alone"
         )
     if not both and ventricles == "biv":
         raise AnatomyError(

@@ -37,7 +37,7 @@ class Slices:
     heights : (n,) float64
         Of the slices over the origin of the world along the normal, mm.
     distance : float
-        Between neighbouring slices, mm.
+        Between neighboring slices, mm.
     shifts : (n, 3) float64
         In-plane shift of each slice that was taken back, mm, world (LPS); zero if none was.
     """
@@ -101,7 +101,7 @@ class Shape:
     findings: tuple[Finding, ...]
     slices: Slices | None = None
 
-    def centres(self, voxels: NDArray[np.bool_]) -> NDArray[np.float64]:
+    def centers(self, voxels: NDArray[np.bool_]) -> NDArray[np.float64]:
         """World coordinates (n, 3), mm, LPS, of the voxels that are set."""
         affine = self.solid.affine
         index = np.argwhere(voxels).astype(float)
@@ -109,5 +109,5 @@ class Shape:
 
     def below(self, voxels: NDArray[np.bool_]) -> NDArray[np.float64]:
         """World coordinates (n, 3) of the voxels that are set and lie below the base."""
-        points = self.centres(voxels)
+        points = self.centers(voxels)
         return points[self.base.surface.height(points) < 0]

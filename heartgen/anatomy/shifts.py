@@ -1,10 +1,10 @@
 """In-plane shifts of slices against each other, as breathing leaves them.
 
-From slice to slice the centre of a heart follows a smooth curve. How far it bends, and how far it
+From slice to slice the center of a heart follows a smooth curve. How far it bends, and how far it
 scatters about that, is known from hearts without shifts; a shift moves the heart's outline and its
 left pool together. What the two scatter in common about a cubic curve is therefore the deviation of
 the shifts. Where it is clearly more than hearts without shifts show, the shifts are predicted from
-both centres (best linear unbiased prediction: Henderson 1975). Their mean and their trend along the
+both centers (best linear unbiased prediction: Henderson 1975). Their mean and their trend along the
 stack cannot be told from the place and the tilt of the heart, and stay.
 """
 
@@ -33,7 +33,7 @@ AGREEMENT = 0.7
 
 @dataclass(frozen=True)
 class Curve:
-    """How a centre moves from slice to slice without shifts, over the radius of the heart.
+    """How a center moves from slice to slice without shifts, over the radius of the heart.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ def without_shifts(sections: Sections) -> Sections:
 
 
 def find_shifts(sections: Sections) -> Array:
-    """Estimate in-plane shifts of slices from the centres of the heart in them.
+    """Estimate in-plane shifts of slices from the centers of the heart in them.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def find_shifts(sections: Sections) -> Array:
     """
     heights = sections.stack.heights
     none = np.zeros((len(heights), 2))
-    outline, pool = (_centres(sections, part) for part in (sections.heart, sections.left))
+    outline, pool = (_centers(sections, part) for part in (sections.heart, sections.left))
     both = np.isfinite(outline + pool).all(axis=1)
     if both.sum() < LEAST_SLICES:
         return none
@@ -114,8 +114,8 @@ def find_shifts(sections: Sections) -> Array:
     return _predicted(heights, (outline, pool), curves, related, radius, deviation)
 
 
-def _centres(sections: Sections, part: NDArray[np.bool_]) -> Array:
-    """Centre (n, 2) of a part in each slice, mm; nan where there is none."""
+def _centers(sections: Sections, part: NDArray[np.bool_]) -> Array:
+    """Center (n, 2) of a part in each slice, mm; nan where there is none."""
     spacing = sections.stack.spacing
     return np.stack(
         [np.argwhere(p).mean(0) * spacing if p.any() else np.full(2, np.nan) for p in part]
@@ -123,7 +123,7 @@ def _centres(sections: Sections, part: NDArray[np.bool_]) -> Array:
 
 
 def _in_common(heights: Array, one: Array, other: Array) -> tuple[float, float]:
-    """Deviation that two centres share about cubic curves, mm, and their correlation."""
+    """Deviation that two centers share about cubic curves, mm, and their correlation."""
     powers = _powers(heights)
     r, s = (c - powers @ np.linalg.lstsq(powers, c, rcond=None)[0] for c in (one, other))
     product, free = float(np.sum(r * s)), 2 * (len(heights) - powers.shape[1])
@@ -133,13 +133,13 @@ def _in_common(heights: Array, one: Array, other: Array) -> tuple[float, float]:
 
 def _predicted(
     heights: Array,
-    centres: tuple[Array, ...],
+    centers: tuple[Array, ...],
     curves: tuple[Curve, ...],
     related: float,
     radius: float,
     deviation: float,
 ) -> Array:
-    """Shifts (n, 2) of a known deviation from the centres (n, 2) of several parts, mm."""
+    """Shifts (n, 2) of a known deviation from the centers (n, 2) of several parts, mm."""
     powers, n, parts = _powers(heights), len(heights), len(curves)
     amplitudes = radius * np.array([(curve.bend, curve.twist) for curve in curves])
     likeness = related + (1 - related) * np.eye(parts)
@@ -150,7 +150,7 @@ def _predicted(
         covariance[part, :, part] += (radius * curve.scatter) ** 2 * np.eye(n)
     moved = np.tile(np.eye(n), (parts, 1))
     trend = np.kron(np.eye(parts), powers[:, :2])
-    values = np.concatenate(centres)
+    values = np.concatenate(centers)
     seen = np.flatnonzero(np.isfinite(values[:, 0]))
     values, moved, trend = values[seen], moved[seen], trend[seen]
     whole = covariance.reshape(2 * [parts * n])[np.ix_(seen, seen)] + deviation**2 * moved @ moved.T

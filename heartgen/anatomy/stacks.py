@@ -122,9 +122,9 @@ def _grid(stack: Stack, heart: Part) -> tuple[NDArray[np.float64], NDArray[np.fl
 
 def _base(stack: Stack, pool: Part, truncate: float | str) -> Base:
     """Upper end of the slab of the uppermost slice, or a truncation below it."""
-    centre = np.argwhere(pool.values[-1] < 0).mean(0)
+    center = np.argwhere(pool.values[-1] < 0).mean(0)
     end = float(stack.heights[-1]) + stack.distance / 2
-    plane = Plane(stack.to_world(np.array([[*centre, end]]))[0], stack.normal)
+    plane = Plane(stack.to_world(np.array([[*center, end]]))[0], stack.normal)
     if isinstance(truncate, str):
         return Base(plane, plane, None, 0.0)
     length = end - float(pool.heights[0])

@@ -47,7 +47,7 @@ class Case:
 
 @dataclass(frozen=True)
 class SampleGroup:
-    """Samples under a heading: names of the catalogue, and what they are called."""
+    """Samples under a heading: names of the catalog, and what they are called."""
 
     title: str
     names: dict[str, str]
@@ -76,11 +76,11 @@ SAMPLES = (
         },
     ),
 )
-"""In the order in which they are offered; samples added to the catalogue appear by themselves."""
+"""In the order in which they are offered; samples added to the catalog appear by themselves."""
 
 
 def sample_choices() -> tuple[tuple[str, str], ...]:
-    """Title and name of every sample of the catalogue."""
+    """Title and name of every sample of the catalog."""
     from heartgen.samples import names
 
     titles = {
@@ -95,7 +95,7 @@ def sample_choices() -> tuple[tuple[str, str], ...]:
 
 
 def load_sample(name: str) -> Case:
-    """Make a sample of the catalogue."""
+    """Make a sample of the catalog."""
     from heartgen import samples
 
     sample = samples.load(name)
@@ -133,17 +133,17 @@ def load_file(path: Path, scheme: str = BINARY, frame: str = "") -> Case:
         mask = read_mask(path, frame=chosen)
         code = f"heartgen.read_mask({path.name!r}{told})"
     else:
-        labelling = scheme_from_text(scheme)
-        mask = read_labels(path, labelling, frame=chosen)
-        code = f"heartgen.read_labels({path.name!r}, {labelling!r}{told})"
+        labeling = scheme_from_text(scheme)
+        mask = read_labels(path, labeling, frame=chosen)
+        code = f"heartgen.read_labels({path.name!r}, {labeling!r}{told})"
     return Case(mask, code, _digest(path))
 
 
-def analyse_case(case: Case, options: Options) -> Anatomy:
+def analyze_case(case: Case, options: Options) -> Anatomy:
     """Measure the heart in a case, as the pipeline will."""
-    from heartgen.anatomy import analyse_under
+    from heartgen.anatomy import analyze_under
 
-    return analyse_under(case.mask, options)
+    return analyze_under(case.mask, options)
 
 
 def _digest(path: Path) -> str:

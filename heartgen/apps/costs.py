@@ -35,7 +35,7 @@ class Costs:
     slowness: float = 1.0
 
     def expect(
-        self, options: Options, both: bool, levels: tuple[int, ...], analysed: bool
+        self, options: Options, both: bool, levels: tuple[int, ...], analyzed: bool
     ) -> dict[str, float]:
         """Seconds of every step.
 
@@ -46,7 +46,7 @@ class Costs:
             Both ventricles.
         levels : tuple of int
             Levels of detail that are fitted together.
-        analysed : bool
+        analyzed : bool
             The shape analysis is there already.
 
         Returns
@@ -61,7 +61,7 @@ class Costs:
             "registration": REGISTRATION[kind][options.passes(max(levels), not both) - 1],
             **{step: cost[kind] * n for step, cost in PER_ELEMENT.items()},
         }
-        if analysed:
+        if analyzed:
             seconds["shape analysis"] = 0.0
         if not options.refine:
             seconds["refinement"] = 0.0

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def look(result: Personalization) -> widgets.Widget:
-    """Show a result in 3-D: step through its stages, colour it, cut it open.
+    """Show a result in 3-D: step through its stages, color it, cut it open.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ FIRST = "lifelike"
 """Sample that is loaded when the page opens."""
 
 HEADER = (
-    "<h1>heartgen</h1><p>From a segmentation of the heart to a personalised cubic Hermite mesh</p>"
+    "<h1>heartgen</h1><p>From a segmentation of the heart to a personalized cubic Hermite mesh</p>"
 )
 
 FOOTER = (

@@ -1,4 +1,4 @@
-"""What the 3-D view shows, as poly data with a colour at every point: no window, no server.
+"""What the 3-D view shows, as poly data with a color at every point: no window, no server.
 
 Everything is in the frame of the heart, the apex down, so that the camera means the same for every
 heart and stays where the user left it.
@@ -14,8 +14,8 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from heartgen.apps.colours import COLOURINGS, Painted, Patch
-from heartgen.fields.catalogue import FIBRE
+from heartgen.apps.colors import COLORINGS, Painted, Patch
+from heartgen.fields.catalog import FIBER
 from heartgen.mesh import HexMesh
 from heartgen.mesh.surfaces import evaluate_faces, field_on_faces
 from heartgen.viewing.scene import DARK, EDGE_RADIUS, LIGHT, MASK, MASK_OPACITY, TUBE_SIDES
@@ -63,17 +63,17 @@ CONTOUR_RADIUS = 1.5
 """Of the contours, over that of the edges."""
 
 GIVEN = "#8a94a0"
-"""Colour of contours where a slice was before it was moved."""
+"""Color of contours where a slice was before it was moved."""
 
 OVERLAP = 1.2
 """Length of the pieces of a contour, over what each stands for: they join."""
 
-LINES = {"edges": "Element edges", "fibres": "Fibres", "off": "None"}
+LINES = {"edges": "Element edges", "fibers": "Fibers", "off": "None"}
 
-FIBRES = 5
-"""Pieces of fibres along each side of a face."""
+FIBERS = 5
+"""Pieces of fibers along each side of a face."""
 
-FIBRE_LENGTH = 0.85
+FIBER_LENGTH = 0.85
 """Of a piece, over the distance between two."""
 
 CUTS = {"off": "No cut", "x": "Long axis, 1", "y": "Long axis, 2", "z": "Short axis"}
@@ -88,8 +88,8 @@ class View:
 
     Attributes
     ----------
-    stage, colour, mask : str
-        Keys of `STAGES`, `COLOURINGS`, `MASK_VIEWS`.
+    stage, color, mask : str
+        Keys of `STAGES`, `COLORINGS`, `MASK_VIEWS`.
     lines : str
         Key of `LINES`.
     cut : str
@@ -97,11 +97,11 @@ class View:
     position : float
         Of the cut, from 0 to 1 through the heart.
     limit : float or None
-        End of the error's colour scale, mm; None for one that suits the result.
+        End of the error's color scale, mm; None for one that suits the result.
     """
 
     stage: str = "refined"
-    colour: str = "error"
+    color: str = "error"
     mask: str = "misfit"
     lines: str = "edges"
     cut: str = "off"
@@ -111,14 +111,14 @@ class View:
 
 @dataclass(frozen=True)
 class Scene:
-    """Surfaces to show, each with colours "rgba" at its points; mm, heart frame.
+    """Surfaces to show, each with colors "rgba" at its points; mm, heart frame.
 
     Attributes
     ----------
     mesh, edges, mask : PolyData
         Empty where they are not to be seen.
     painted : Painted or None
-        How the mesh is coloured, for the key.
+        How the mesh is colored, for the key.
     """
 
     mesh: pv.PolyData
@@ -150,10 +150,10 @@ def mesh_scene(outcome: Outcome, view: View) -> Scene:
     result = outcome.result
     keys = [stage.key for stage in stages_of(result)]
     drawn = _drawn(outcome, view.stage if view.stage in keys else keys[-1])
-    painted = COLOURINGS[view.colour].paint(drawn.patch, view.limit)
+    painted = COLORINGS[view.color].paint(drawn.patch, view.limit)
     mesh = drawn.surface.copy(deep=False)
     mesh.point_data["rgba"] = _opaque(painted.rgb)
-    lines = _lines(drawn, view.lines, LIGHT if view.colour == "error" else DARK)
+    lines = _lines(drawn, view.lines, LIGHT if view.color == "error" else DARK)
     mask = _mask(drawn, view.mask)
     if view.mask == "slices" and drawn.contours.n_points > 0:
         lines = lines.append_polydata(drawn.contours)
@@ -167,7 +167,7 @@ def mesh_scene(outcome: Outcome, view: View) -> Scene:
 
 @dataclass(frozen=True)
 class _Drawn:
-    """The geometry of one stage of one result, before it is coloured and cut."""
+    """The geometry of one stage of one result, before it is colored and cut."""
 
     surface: pv.PolyData
     edges: pv.PolyData
@@ -215,26 +215,26 @@ def _placed(data: Data, anatomy: Anatomy) -> Data:
     return data
 
 
-def _lines(drawn: _Drawn, kind: str, colour: str) -> pv.PolyData:
-    """The edges of the elements, or fibres, in one colour."""
+def _lines(drawn: _Drawn, kind: str, color: str) -> pv.PolyData:
+    """The edges of the elements, or fibers, in one color."""
     if kind == "off":
         return pv.PolyData()
-    lines = drawn.edges.copy(deep=False) if kind == "edges" else _fibres(drawn)
-    lines.point_data["rgba"] = _rgba(colour, np.ones(lines.n_points))
+    lines = drawn.edges.copy(deep=False) if kind == "edges" else _fibers(drawn)
+    lines.point_data["rgba"] = _rgba(color, np.ones(lines.n_points))
     return lines
 
 
-def _fibres(drawn: _Drawn) -> pv.PolyData:
-    """Short pieces of fibres on the endo- and epicardium, heart frame."""
+def _fibers(drawn: _Drawn) -> pv.PolyData:
+    """Short pieces of fibers on the endo- and epicardium, heart frame."""
     mesh, anatomy = drawn.patch.mesh, drawn.patch.result.anatomy
     surfaces = mesh.topology.surfaces
     faces = np.concatenate([part for name, part in surfaces.items() if name != "base"])
-    t = (np.arange(FIBRES) + 0.5) / FIBRES
+    t = (np.arange(FIBERS) + 0.5) / FIBERS
     uv = np.stack(np.meshgrid(t, t), -1).reshape(-1, 2)
     points, area = evaluate_faces(mesh, faces, uv)
-    along = field_on_faces(drawn.patch.field("fibres", FIBRE), faces, uv)
+    along = field_on_faces(drawn.patch.field("fibers", FIBER), faces, uv)
     along /= np.linalg.norm(along, axis=-1, keepdims=True)
-    half = FIBRE_LENGTH / 2 * np.sqrt(np.linalg.norm(area, axis=-1, keepdims=True)) / FIBRES
+    half = FIBER_LENGTH / 2 * np.sqrt(np.linalg.norm(area, axis=-1, keepdims=True)) / FIBERS
     ends = np.stack([points - half * along, points + half * along], axis=-2).reshape(-1, 3)
     return _placed(_tubes(ends), anatomy)
 
@@ -255,12 +255,12 @@ def _contours(anatomy: Anatomy, given: bool = False) -> pv.PolyData:
     return _placed(tubes, anatomy)
 
 
-def _both_contours(anatomy: Anatomy, colour: str) -> pv.PolyData:
-    """Contours in a colour; where slices were moved, also as they were given, in grey."""
+def _both_contours(anatomy: Anatomy, color: str) -> pv.PolyData:
+    """Contours in a color; where slices were moved, also as they were given, in gray."""
     shown = _contours(anatomy)
     if anatomy.slices is None:
         return shown
-    shown.point_data["rgba"] = _rgba(colour, np.ones(shown.n_points))
+    shown.point_data["rgba"] = _rgba(color, np.ones(shown.n_points))
     if anatomy.slices.shifts.any():
         given = _contours(anatomy, given=True)
         given.point_data["rgba"] = _rgba(GIVEN, np.ones(given.n_points))
@@ -351,7 +351,7 @@ def _cap(drawn: _Drawn, plane: tuple[Array, Array], painted: Painted) -> pv.Poly
     cap = pv.PolyData(cap.points, faces=cap.faces)
     corners = cap.cast_to_unstructured_grid()
     sizes = np.diff(corners.cell_offsets)
-    flat = cap.points[corners.cell_connectivity]  # no points in common: each face has one colour
+    flat = cap.points[corners.cell_connectivity]  # no points in common: each face has one color
     faces = np.insert(np.arange(len(flat)), np.r_[0, np.cumsum(sizes)[:-1]], sizes)
     cap = pv.PolyData(flat, faces=faces)
     cap.point_data["Normals"] = np.tile(normal, (len(flat), 1)).astype(np.float32)
@@ -364,13 +364,13 @@ def _cap(drawn: _Drawn, plane: tuple[Array, Array], painted: Painted) -> pv.Poly
 
 
 def _opaque(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Colours (n, 3) with full opacity."""
+    """Colors (n, 3) with full opacity."""
     return np.concatenate([rgb, np.full((len(rgb), 1), 255, np.uint8)], axis=1)
 
 
-def _rgba(colour: str, opacity: Array) -> NDArray[np.uint8]:
-    """One colour with an opacity of every point."""
+def _rgba(color: str, opacity: Array) -> NDArray[np.uint8]:
+    """One color with an opacity of every point."""
     rgba = np.empty((len(opacity), 4), dtype=np.uint8)
-    rgba[:, :3] = pv.Color(colour).int_rgb
+    rgba[:, :3] = pv.Color(color).int_rgb
     rgba[:, 3] = np.round(255 * opacity)
     return rgba

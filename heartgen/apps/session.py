@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from traitlets import Any as AnyTrait
 from traitlets import Dict, HasTraits, Instance, Int, List, Unicode, observe
 
-from heartgen.apps.cases import BINARY, Case, analyse_case, load_file, load_sample
+from heartgen.apps.cases import BINARY, Case, analyze_case, load_file, load_sample
 from heartgen.apps.choices import Choices
 from heartgen.apps.costs import Costs
 from heartgen.apps.memory import give_back
@@ -164,8 +164,8 @@ class Session(HasTraits):
     def expected_seconds(self, levels: tuple[int, ...] | None = None) -> float:
         """Seconds a run with the choices of the moment is expected to take."""
         options = self.choices.options()
-        analysed = self._anatomy_for(options) is not None
-        expected = self.costs.expect(options, self.both, levels or (options.lod,), analysed)
+        analyzed = self._anatomy_for(options) is not None
+        expected = self.costs.expect(options, self.both, levels or (options.lod,), analyzed)
         return sum(expected.values())
 
     def _anatomy_for(self, options: Options) -> Anatomy | None:
@@ -192,7 +192,7 @@ class Session(HasTraits):
 
     def _measure(self, ask: int, case: Case, options: Options) -> None:
         """In the thread: measure the heart."""
-        anatomy = self._told(ask, lambda: analyse_case(case, options))
+        anatomy = self._told(ask, lambda: analyze_case(case, options))
         if anatomy is not None:
             self.post(lambda: self._take_anatomy(ask, case, options, anatomy))
 

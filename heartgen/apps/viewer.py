@@ -217,8 +217,8 @@ def _bounds(scene: Scene) -> Any:
 
 def _place_camera(plotter: Any, bounds: Any) -> None:
     """Look from the side and a little from above."""
-    eye, centre = camera_around(bounds.T)
-    plotter.camera.focal_point = centre
+    eye, center = camera_around(bounds.T)
+    plotter.camera.focal_point = center
     plotter.camera.position = eye
     plotter.camera.up = (0.0, 0.0, 1.0)
     plotter.reset_camera_clipping_range()

@@ -40,7 +40,7 @@ app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    help="From a binary mask of the myocardium to a personalised cubic Hermite mesh.",
+    help="From a binary mask of the myocardium to a personalized cubic Hermite mesh.",
 )
 
 DPI = 150
@@ -89,7 +89,7 @@ def fit(
         str,
         typer.Option(
             metavar="graded|linear",
-            help="Parametrisation across the wall: for even elements, or proportional.",
+            help="Parametrization across the wall: for even elements, or proportional.",
         ),
     ] = "graded",
     apex: Annotated[
@@ -134,11 +134,11 @@ def fit(
         str,
         typer.Option(
             metavar="all|none|NAMES",
-            help="Fields written with the mesh: coordinates, aha, fibres, angles, thickness, "
+            help="Fields written with the mesh: coordinates, aha, fibers, angles, thickness, "
             "curvature.",
         ),
     ] = "all",
-    fibre_angles: Annotated[
+    fiber_angles: Annotated[
         str | None,
         typer.Option(
             metavar="ANGLES",
@@ -204,7 +204,7 @@ def fit(
             septum=None if septum is None else direction_from_text(septum),
         )
         chosen = _fields(fields)
-        rule = None if fibre_angles is None else rule_from_text(fibre_angles)
+        rule = None if fiber_angles is None else rule_from_text(fiber_angles)
         selection = Selection(tuple(label or ()), labels, rv_wall, frame)
         heart = selection.read(mask, ventricles)
         check_results(out, heart, overwrite)
@@ -231,7 +231,7 @@ def inspect(
 ) -> None:
     """Show what is in a mask: what the checks found, what the shape analysis sees."""
     with told(debug):
-        from heartgen.anatomy import analyse_under
+        from heartgen.anatomy import analyze_under
         from heartgen.cli.tables import console, show_anatomy, show_image
         from heartgen.files import replacing
         from heartgen.images.selecting import Selection
@@ -242,7 +242,7 @@ def inspect(
         options = Options(truncate=_truncation(truncate), ventricles=cast("Any", ventricles))
         image = Selection(tuple(label or ()), labels, rv_wall, frame).read(mask, ventricles)
         show_image(image)
-        anatomy = analyse_under(image, options)
+        anatomy = analyze_under(image, options)
         show_anatomy(anatomy)
         with replacing(picture) as temporary:
             draw_slices(image, anatomy).savefig(temporary, dpi=DPI)
@@ -343,7 +343,7 @@ def _personalized(images: list[Mask], options: Options) -> Personalization:
 def _fields(text: str) -> tuple[str, ...]:
     """Names of fields; all or none of them by one word."""
     from heartgen.fields import FIELDS
-    from heartgen.fields.catalogue import check_names
+    from heartgen.fields.catalog import check_names
 
     words = {"all": tuple(FIELDS), "none": ()}
     return words[text] if text in words else check_names(text.split(","))

@@ -141,15 +141,15 @@ def render(
     out: Annotated[Path, typer.Option("-o", "--out", metavar="PICTURE", help="PNG.")] = Path(
         "mesh.png"
     ),
-    colour: Annotated[
+    color: Annotated[
         list[str] | None,
         typer.Option(
-            "--colour",
+            "--color",
             metavar="NAME",
             show_default=False,
             help="A row of the picture: region, quality, error or overlay (with MASK), change "
             "(with --compare), transmural, longitudinal, circumferential, thickness, aha, "
-            "fibres-endo, fibres-mid, fibres-epi, plain; may be repeated.",
+            "fibers-endo, fibers-mid, fibers-epi, plain; may be repeated.",
         ),
     ] = None,
     view: Annotated[
@@ -174,9 +174,9 @@ def render(
     ] = False,
     debug: Debug = False,
 ) -> None:
-    """Draw a mesh for print, a row for each colouring and a column for each view."""
+    """Draw a mesh for print, a row for each coloring and a column for each view."""
     with told(debug):
-        from heartgen.anatomy import analyse_under
+        from heartgen.anatomy import analyze_under
         from heartgen.files import replacing
         from heartgen.formats import read_mesh
         from heartgen.images import read_mask
@@ -186,14 +186,14 @@ def render(
             from heartgen.viewing import render as draw
         if out.suffix.lower() != ".png":
             raise InputError(f"{out}: Pictures of meshes are PNG: end the name in .png.")
-        rows = colour or (["overlay", "error"] if mask else ["region"])
+        rows = color or (["overlay", "error"] if mask else ["region"])
         with replacing(out) as temporary:
             plotter = draw(
                 read_mesh(mesh),
                 temporary,
-                colours=rows,
+                colors=rows,
                 views=view or ["oblique"],
-                mask=None if mask is None else analyse_under(read_mask(mask), options_beside(mesh)),
+                mask=None if mask is None else analyze_under(read_mask(mask), options_beside(mesh)),
                 other=None if compare is None else read_mesh(compare),
                 edges=not no_edges,
                 error_limit=limit,

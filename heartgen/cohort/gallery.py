@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heartgen.anatomy import analyse_under
+from heartgen.anatomy import analyze_under
 from heartgen.cohort.choices import option_from_text
 from heartgen.cohort.store import CASES
 from heartgen.errors import HeartgenError
@@ -18,8 +18,8 @@ from heartgen.viewing.saved import plot_saved
 if TYPE_CHECKING:
     import pandas as pd
 
-ANALYSED = ("truncate", "ventricles", "base", "shifts")
-"""Options under which a mask is analysed."""
+ANALYZED = ("truncate", "ventricles", "base", "shifts")
+"""Options under which a mask is analyzed."""
 
 MOST = 3
 """Groups of which cases are shown; a page with more views is slow to turn."""
@@ -70,8 +70,8 @@ def _view(out: Path, title: str, row: dict[str, Any]) -> View | None:
     mesh = out / CASES / row["case"] / "mesh.vtu"
     try:
         mask = _selection(row).read(row["mask"], row["ventricles"])
-        chosen = {name: option_from_text(name, str(row[name])) for name in ANALYSED}
-        anatomy = analyse_under(mask, Options(**chosen))
+        chosen = {name: option_from_text(name, str(row[name])) for name in ANALYZED}
+        anatomy = analyze_under(mask, Options(**chosen))
     except HeartgenError:
         return None
     if not mesh.is_file():

@@ -18,7 +18,7 @@ from heartgen.cohort.summary import Spread, Summary, by_ventricles, meshed, reas
 from heartgen.formats import write_text
 from heartgen.viewing.distributions import draw_boxes, draw_distributions
 from heartgen.viewing.page import gradient
-from heartgen.viewing.scene import MASK, colour_scale
+from heartgen.viewing.scene import MASK, color_scale
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -87,8 +87,8 @@ def _fields(out: Path, table: pd.DataFrame) -> dict[str, str]:
         "groups": _groups(summaries),
         "figures": _figures(done),
         "views": _views(views_of(out, done)),
-        "key": gradient(colour_scale("error")),
-        "mask_colour": MASK,
+        "key": gradient(color_scale("error")),
+        "mask_color": MASK,
         "failures": _pairs(reasons(table)),
         "doubtful": _pairs(zip(doubtful["case"], doubtful["status"], strict=True)),
         "count": str(len(table)),
@@ -164,7 +164,7 @@ def _views(views: Sequence[View]) -> str:
         f'<span class="soft">{html.escape(v.caption)}</span></figcaption></figure>'
         for v in views
     )
-    scale = colour_scale("error")
+    scale = color_scale("error")
     return (
         f'<h2>Best and worst cases</h2><div class="views">{shown}</div>'
         f'<p class="key">{scale.title}: {scale.limits[0]:g}<span class="bar"></span>'

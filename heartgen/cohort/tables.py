@@ -81,7 +81,7 @@ def _case(folder: Path, cells: dict[str, str], selection: Selection) -> Case:
 
 
 def _thickness(text: str | None) -> float | None:
-    """Millimetres."""
+    """Millimeters."""
     try:
         return None if text is None else float(text)
     except ValueError:

@@ -98,17 +98,17 @@ def heart_axes(mesh: HexMesh, septum: Sequence[float] | None = None) -> HeartAxe
         If the direction does not tell where the septum is.
     """
     base = basal_rim(mesh, "lv_endo")
-    centre = base.centre
-    apex = _apex(mesh, centre, base.area)
-    axis = (centre - apex) / np.linalg.norm(centre - apex)
+    center = base.center
+    apex = _apex(mesh, center, base.area)
+    axis = (center - apex) / np.linalg.norm(center - apex)
     if septum is not None:
-        return HeartAxes(centre, apex, _across(septum, axis), "given")
+        return HeartAxes(center, apex, _across(septum, axis), "given")
     if "rv_septum" not in mesh.topology.patches:
-        return HeartAxes(centre, apex, _across(RIGHT_FRONT, axis), "assumed")
+        return HeartAxes(center, apex, _across(RIGHT_FRONT, axis), "assumed")
     points, _, weights = sample_faces(mesh, mesh.topology.patches["rv_septum"], SAMPLES)
     outward = (points - apex) - np.outer((points - apex) @ axis, axis)
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
-    return HeartAxes(centre, apex, _across(weights @ outward, axis), "measured")
+    return HeartAxes(center, apex, _across(weights @ outward, axis), "measured")
 
 
 def _apex(mesh: HexMesh, base: Array, area: Array) -> Array:
@@ -116,7 +116,7 @@ def _apex(mesh: HexMesh, base: Array, area: Array) -> Array:
     faces = mesh.topology.surfaces["lv_endo"]
     found = rims(mesh, faces)
     if len(found) > 1:
-        return min((rim.centre for rim in found), key=lambda c: -float(np.linalg.norm(c - base)))
+        return min((rim.center for rim in found), key=lambda c: -float(np.linalg.norm(c - base)))
     points, _ = tessellate(mesh, faces, PIECES)
     height = (points - base) @ area
     # The vector area of the rim may point either way: the ventricle is on one side of it.

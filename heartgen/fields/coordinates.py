@@ -75,12 +75,12 @@ def circumferential(mesh: HexMesh, axes: HeartAxes) -> Array:
     topology = mesh.topology
     middle, column = (_columns(topology, xi) for xi in (np.full((1, 3), 0.5), lattice()))
     if _has_right(topology):
-        angle, centre = _by_insertion(column, topology), _by_insertion(middle, topology)
+        angle, center = _by_insertion(column, topology), _by_insertion(middle, topology)
     else:
         offset = _turn(column, mesh, axes)
-        angle, centre = (2 * np.pi / topology.shape[1] * c + offset for c in (column, middle))
-    centre = _wrapped(centre)
-    return np.asarray(centre + _wrapped(angle - centre))
+        angle, center = (2 * np.pi / topology.shape[1] * c + offset for c in (column, middle))
+    center = _wrapped(center)
+    return np.asarray(center + _wrapped(angle - center))
 
 
 def _has_right(topology: Topology) -> bool:

@@ -21,7 +21,7 @@ from heartgen.mesh.surfaces import evaluate_faces
 Array = NDArray[np.float64]
 
 ML = 1000.0
-"""mm^3 in a millilitre."""
+"""mm^3 in a milliliter."""
 
 DENSITY = 1.05
 """Of myocardium, g/ml (Grothues et al. 2002, doi:10.1016/S0002-9149(02)02381-0)."""

@@ -1,4 +1,4 @@
-"""Lines of a local coordinate that run on through neighbouring elements, and lengths along them."""
+"""Lines of a local coordinate that run on through neighboring elements, and lengths along them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from heartgen.mesh.quadrature import gauss
 Array = NDArray[np.float64]
 
 NONE = -1
-"""In place of a neighbour where there is none."""
+"""In place of a neighbor where there is none."""
 
 GAUSS = 4
 """Points on each third of a line: lengths of straight lines are exact, others to rounding."""

@@ -16,7 +16,7 @@ from heartgen.mesh.sharing import SAME, probe
 Array = NDArray[np.float64]
 
 ASIDE = 1e-3
-"""Share of the way to the middle of its element by which the centre of the patch is left, where
+"""Share of the way to the middle of its element by which the center of the patch is left, where
 there is no direction around."""
 
 PERIMETER = 8.0
@@ -48,20 +48,20 @@ class Patch:
     around: int
 
     def square(self, xi: Array) -> Array:
-        """Coordinates a, b, (p, q, 2), of local coordinates (q, 3); the centre is left aside."""
+        """Coordinates a, b, (p, q, 2), of local coordinates (q, 3); the center is left aside."""
         inside = 2 * (self.place[:, None] + xi[:, :2]) / self.side - 1
         middle = (2 * self.place[:, None] + 1) / self.side - 1
-        centre = np.abs(inside).max(-1, keepdims=True) < np.finfo(float).eps
+        center = np.abs(inside).max(-1, keepdims=True) < np.finfo(float).eps
         aside = np.where(np.abs(middle) > 0, middle, 1 / self.side)
-        return np.asarray(np.where(centre, inside + ASIDE * (aside - inside), inside))
+        return np.asarray(np.where(center, inside + ASIDE * (aside - inside), inside))
 
     def radius(self, xi: Array) -> Array:
-        """Distance from the centre, (p, q): 0 there to 1 on the border, on smooth rings."""
+        """Distance from the center, (p, q): 0 there to 1 on the border, on smooth rings."""
         a, b = np.moveaxis(self.square(xi), -1, 0)
         return np.asarray(np.sqrt(np.maximum(a * a + b * b - a * a * b * b, 0)))
 
     def column(self, xi: Array) -> Array:
-        """Column coordinate (p, q) of the ring where the ray from the centre meets the border."""
+        """Column coordinate (p, q) of the ring where the ray from the center meets the border."""
         return np.mod(
             self.start - perimeter(self.square(xi)) * self.around / PERIMETER, self.around
         )

@@ -37,7 +37,7 @@ class Wall:
     ----------
     depth : (e, 64) float64
         0 on the endocardium to 1 on the epicardium; 1 also where the septum bounds the right
-        ventricle, but for the neighbourhood of the insertion line.
+        ventricle, but for the neighborhood of the insertion line.
     right : (e, 64) float64
         0 in the left ventricle's wall and on the insertion line, 1 in the septum and the right free
         wall from a wall's thickness beyond it.

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
-from heartgen.fields.catalogue import FIBRE_ANGLES
+from heartgen.fields.catalog import FIBER_ANGLES
 from heartgen.formats.groups import Group, named_groups, segment_groups
 from heartgen.formats.nodal import nodal_parameters
 from heartgen.formats.skeleton import Skeleton, skeleton
@@ -41,7 +41,7 @@ COORDINATES = "coordinates"
 """Name of the geometric field, by which other software finds it."""
 
 ANATOMICAL = ("fibre angle", "imbrication angle", "sheet angle")
-"""Components of the field from which other software makes fibre axes."""
+"""Components of the field from which other software makes fiber axes."""
 
 RESERVED = (COORDINATES, "xi", "cmiss_number")
 """Names that a field may not have."""
@@ -236,7 +236,7 @@ def _fields(mesh: HexMesh, fields: tuple[MeshField, ...], first_node: int) -> Ex
 
 def _kind(field: MeshField) -> tuple[str, tuple[str, ...]]:
     """What a field is called in an EX file, and its components."""
-    if field.name == FIBRE_ANGLES and field.components == len(ANATOMICAL):
+    if field.name == FIBER_ANGLES and field.components == len(ANATOMICAL):
         return "anatomical, fibre", ANATOMICAL
     return "field, rectangular cartesian", tuple(str(k + 1) for k in range(field.components))
 

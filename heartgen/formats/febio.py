@@ -1,4 +1,4 @@
-"""FEBio (.feb, version 4.0): the mesh with its surfaces and fibres, to be included in a model.
+"""FEBio (.feb, version 4.0): the mesh with its surfaces and fibers, to be included in a model.
 
 mm, world (LPS). Elements are in a domain for each region and kind of cell; materials and loads are
 the user's.
@@ -44,7 +44,7 @@ WALL = "myocardium"
 def write_febio(cells: Resampled, path: Path, data: Data) -> Written:
     """Write a resampled mesh for FEBio.
 
-    Fibre and sheet directions become the material axes; other fields become element data.
+    Fiber and sheet directions become the material axes; other fields become element data.
 
     Raises
     ------

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
-from heartgen.fields.catalogue import AHA
+from heartgen.fields.catalog import AHA
 from heartgen.fields.segments import SEGMENTS
 from heartgen.formats.skeleton import COLLAPSED, Skeleton, face_corners
 from heartgen.mesh.bases import CORNERS

@@ -2,7 +2,7 @@
 
 MFEM keeps values at Gauss-Lobatto points, which it numbers by vertices, edges, faces and insides in
 the order in which elements meet them. At the pole each element keeps its own vertices: merged,
-they would make a face with many neighbours, which MFEM refuses. mm, world (LPS).
+they would make a face with many neighbors, which MFEM refuses. mm, world (LPS).
 """
 
 from __future__ import annotations

@@ -60,8 +60,8 @@ def skeleton(topology: Topology) -> Skeleton:
     corners = topology.nodes[:, face_corners()].reshape(-1, 4)
     distinct = 1 + np.count_nonzero(np.diff(np.sort(corners, axis=1), axis=1), axis=1)
     solid = distinct > 2
-    centres = shape.evaluate(unit.mean(1)).reshape(-1, 3)
-    faces, first = _number(centres, solid)
+    centers = shape.evaluate(unit.mean(1)).reshape(-1, 3)
+    faces, first = _number(centers, solid)
     corners = corners[first]
 
     halfway = unit[:, LINES].mean(2).reshape(-1, 3)

@@ -1,7 +1,7 @@
 """Named surfaces as triangles: STL, PLY, OBJ and glTF.
 
 Outward normals, counter-clockwise. STL, PLY and OBJ are in mm, world (LPS); glTF is in its own
-frame, metres with y up and the chest in front.
+frame, meters with y up and the chest in front.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from heartgen.formats.files import Written, write_text
 from heartgen.formats.resampling.resample import Resampled
 from heartgen.formats.text import rows
 
-COLOURS = {
+COLORS = {
     "lv_endo": (0.835, 0.369, 0.0),
     "rv_endo": (0.902, 0.624, 0.0),
     "epi": (0.337, 0.706, 0.914),
@@ -28,11 +28,11 @@ COLOURS = {
 }
 """Of the surfaces, red, green and blue (palette of Okabe and Ito, 2008)."""
 
-GREY = (0.7, 0.7, 0.7)
+GRAY = (0.7, 0.7, 0.7)
 """Of all other surfaces."""
 
 GLTF_FROM_WORLD = (0.001, 0, 0, 0, 0, 0, -0.001, 0, 0, 0.001, 0, 0, 0, 0, 0, 1)
-"""Column by column: metres from mm; left stays, superior is up, anterior is in front."""
+"""Column by column: meters from mm; left stays, superior is up, anterior is in front."""
 
 
 def write_stl(cells: Resampled, path: Path) -> Written:
@@ -88,7 +88,7 @@ def write_obj(cells: Resampled, path: Path) -> Written:
 
 
 def write_glb(cells: Resampled, path: Path) -> Written:
-    """Write all surfaces as a binary glTF 2.0 file, a named and coloured node for each."""
+    """Write all surfaces as a binary glTF 2.0 file, a named and colored node for each."""
     surfaces = _triangles(cells)
     content: dict[str, Any] = {
         "asset": {"version": "2.0", "generator": "heartgen"},
@@ -140,12 +140,12 @@ def _compact(
 
 
 def _material(name: str) -> dict[str, Any]:
-    """A matt material in the colour of a surface."""
-    colour = [*COLOURS.get(name, GREY), 1.0]
+    """A matt material in the color of a surface."""
+    color = [*COLORS.get(name, GRAY), 1.0]
     return {
         "name": name,
         "pbrMetallicRoughness": {
-            "baseColorFactor": colour,
+            "baseColorFactor": color,
             "metallicFactor": 0.0,
             "roughnessFactor": 0.8,
         },

@@ -223,7 +223,7 @@ def cells_of(name: str, kind: str | None) -> Resampling | None:
 
 
 def fields_held(name: str) -> Literal["all", "directions", "none"]:
-    """For which fields a format by its name has a place; directions are fibres and sheets."""
+    """For which fields a format by its name has a place; directions are fibers and sheets."""
     chosen = _named(name)
     if not chosen.fields:
         return "none"

@@ -15,13 +15,13 @@ from heartgen.images.levelset import INSIDE, signed_distance, smooth_indicator
 from heartgen.images.mask import Finding, Mask, planes_along
 
 LAYERS = 5
-"""Layers, one wall thickness apart, that stand for a slice: its neighbours are out of reach."""
+"""Layers, one wall thickness apart, that stand for a slice: its neighbors are out of reach."""
 
 AIR = 2
 """Empty voxels that a signed distance needs around a shape."""
 
 MARGIN = 2
-"""Voxels around the wall in which gradients and neighbours are looked for."""
+"""Voxels around the wall in which gradients and neighbors are looked for."""
 
 FACING_BASE = float(np.cos(np.radians(45)))
 """Cosine between the normal of the pool and the direction of the base from which it faces the base
@@ -32,29 +32,29 @@ OPENING = 0.15
 not a dent: a pulmonary valve of 4 cm^2 has a fifth of a right ventricle's 20 cm^2."""
 
 VALVE = 2.0
-"""Distance in mm up to which pool and atrium or artery meet: leaflets are thin and seldom labelled.
+"""Distance in mm up to which pool and atrium or artery meet: leaflets are thin and seldom labeled.
 """
 
 ROUNDING = 1e-3
 """Difference between distances, in voxels, that is rounding."""
 
 FACES = ndi.generate_binary_structure(3, 1)
-"""Voxels that share a face are neighbours, or..."""
+"""Voxels that share a face are neighbors, or..."""
 
-NEIGHBOURS = np.ones((3, 3, 3), dtype=bool)
+NEIGHBORS = np.ones((3, 3, 3), dtype=bool)
 """...those that share a corner."""
 
 
 @dataclass(frozen=True)
 class Parts:
-    """The labelled parts of a heart, all (nx, ny, nz) bool.
+    """The labeled parts of a heart, all (nx, ny, nz) bool.
 
     Attributes
     ----------
     lv_myocardium, lv_pool, rv_pool : (nx, ny, nz) bool
         Wall of the left ventricle and blood pools.
     rv_openings : (nx, ny, nz) bool
-        What the right ventricle opens into: right atrium, pulmonary artery. Empty if unlabelled.
+        What the right ventricle opens into: right atrium, pulmonary artery. Empty if unlabeled.
     """
 
     lv_myocardium: NDArray[np.bool_]
@@ -94,7 +94,7 @@ def build_rv_wall(
     The wall is what lies within `thickness` of the smooth surface of the pool and outside the left
     ventricle. Between slices so far apart that it ends before the next one it is not seen: there it
     is built in the plane of each slice. It is open where the pool meets the right atrium and the
-    pulmonary artery or, if they are not labelled, where the pool faces the base; then it rises no
+    pulmonary artery or, if they are not labeled, where the pool faces the base; then it rises no
     higher than the left ventricle's wall.
 
     Parameters
@@ -196,7 +196,7 @@ def _valves(place: _Place) -> NDArray[np.bool_] | None:
     openings = place.parts.rv_openings
     if not openings.any():
         return None
-    # Distances are between centres: of two shapes that share a face, a voxel apart.
+    # Distances are between centers: of two shapes that share a face, a voxel apart.
     voxel = float(place.spacing.min())
     beyond = inner_distance(~openings, place.spacing)
     if float(beyond[place.parts.rv_pool].min()) - voxel > VALVE:
@@ -213,7 +213,7 @@ def _basal(place: _Place, room: NDArray[np.bool_]) -> NDArray[np.bool_]:
     rise = sum(slope[a] * place.base[a] for a in range(3) if a != place.axis)
     pool = place.parts.rv_pool
     facing = room & (place.distance <= place.thickness) & (rise > FACING_BASE)
-    regions, _ = ndi.label(facing, NEIGHBOURS)
+    regions, _ = ndi.label(facing, NEIGHBORS)
     # Voxels of the shell stand for its thickness, those of the pool for its height.
     share = np.bincount(regions.ravel()) / place.thickness * np.ptp(height[pool]) / pool.sum()
     opening = (regions > 0) & (share >= OPENING)[regions]

@@ -171,7 +171,7 @@ def _evaluate(patch, u, v, work, state):  # type: ignore[no-untyped-def]
 
 @nb.njit(cache=True)
 def _newton(patch, q, u, v, work, state):  # type: ignore[no-untyped-def]
-    """Minimise the squared distance over the unit square by projected, damped Newton steps."""
+    """Minimize the squared distance over the unit square by projected, damped Newton steps."""
     _evaluate(patch, u, v, work, state)
     value = 0.0
     for x in range(3):

@@ -44,7 +44,7 @@ class Topology:
     constant : (n,) float64
         Degrees of freedom of the function 1.
     straightening : (n, n) sparse or None
-        Degrees of freedom after linearisation across the wall, from those before; None if the
+        Degrees of freedom after linearization across the wall, from those before; None if the
         topology does not know how its wall is to be straightened.
     parts : mapping of str to (m,) int
         Named regions: their elements.
@@ -208,7 +208,7 @@ class HexMesh:
         ----------
         like : Mask, or anything with its `voxels` and `affine`
         partial : bool
-            Give the share of each voxel that is in the mesh, not whether its centre is.
+            Give the share of each voxel that is in the mesh, not whether its center is.
 
         Returns
         -------

@@ -20,7 +20,7 @@ def shared_points(
     """Number the lattice points of a mesh.
 
     At the pole each element keeps its own points, because merged there they would give readers
-    that build faces a face with many neighbours. Where a field jumps, a point is there once for
+    that build faces a face with many neighbors. Where a field jumps, a point is there once for
     each value.
 
     Parameters

@@ -177,7 +177,7 @@ class _Rim:
             inward[nodes[1:-1]] = kink[k, 1:-1] - right[nodes[1:-1], 2:]
         right[:, 0] = place
         left = right.copy()
-        # Cross derivatives at a corner: each pair of neighbours has a known sum.
+        # Cross derivatives at a corner: each pair of neighbors has a known sum.
         to_ahead, to_back = kink[:, 0, 1], -np.roll(kink[:, -1, 1], 1, axis=0)
         to_up = 4 * up - 2 * (above - place[starts])
         inward[starts] = np.stack([back, (to_ahead + to_back - to_up) / 2], 1)

@@ -3,7 +3,7 @@
 The surface of the mesh is cut into triangles that lie closer to it than a small part of a voxel.
 Where a line of voxels enters the mesh through one of them and where it leaves it is found exactly,
 so that along these lines partial volumes are exact; across them, several lines a voxel are taken.
-Triangles share their corners bit for bit, and which of two neighbours has a line through their
+Triangles share their corners bit for bit, and which of two neighbors has a line through their
 common edge is decided in whole numbers: no line slips through.
 """
 
@@ -44,7 +44,7 @@ def rasterize(
     affine : (4, 4) float64
         Voxel index to world coordinates, mm, LPS.
     partial : bool
-        Give the share of each voxel that is in the mesh, not whether its centre is.
+        Give the share of each voxel that is in the mesh, not whether its center is.
 
     Returns
     -------

@@ -2,7 +2,7 @@
 
 They are symmetric and positive definite, and the degrees of freedom can be put in an order in which
 all entries are near the diagonal: the heart is longer than its wall is wide. A banded Cholesky
-factorisation, dense inside the band, is then two to four times as fast as a general sparse one.
+factorization, dense inside the band, is then two to four times as fast as a general sparse one.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from heartgen.samples.biventricular import biv
-from heartgen.samples.catalogue import load, names
+from heartgen.samples.catalog import load, names
 from heartgen.samples.phantoms import ideal_cup, lifelike_lv
 from heartgen.samples.placement import Placement
 from heartgen.samples.right import RightVentricle

@@ -73,13 +73,13 @@ class BivShape:
     def surfaces(self) -> dict[str, tuple[Patch | Plate, ...]]:
         """External surface of the wall: ``lv_endo``, ``rv_endo``, ``epi`` and ``base``."""
         w = self.walls
-        centre, normal = self.basal_plane
+        center, normal = self.basal_plane
         across = np.cross([0.0, 1.0, 0.0], normal)
         across /= np.linalg.norm(across)
         # Every closed surface has no net area vector: the base makes up for the curved pieces.
         net = sum(sign * w[name].patch.elements[1].sum(axis=0) for name, sign in _WALL)
         base = Plate(
-            centre,
+            center,
             np.column_stack([across, np.cross(normal, across), normal]),
             partial(_across_wall, self),
             tuple(piece.rim for piece in w.values()),
@@ -140,8 +140,8 @@ _WALL = (("epi_lv", 1.0), ("epi_rv", 1.0), ("endo", -1.0), ("free", -1.0), ("sep
 
 def below_base(shape: BivShape, points: Array) -> Array:
     """Depth (n,), mm, of points (n, 3), mm, below the base."""
-    centre, normal = shape.basal_plane
-    return np.asarray((centre - points) @ normal)
+    center, normal = shape.basal_plane
+    return np.asarray((center - points) @ normal)
 
 
 def in_wall(shape: BivShape, points: Array) -> NDArray[np.bool_]:
@@ -207,14 +207,14 @@ def _enclosed(shape: BivShape, pieces: tuple[tuple[str, float], ...]) -> tuple[f
 
     Divergence theorem from a point of the base, which then adds nothing itself.
     """
-    centre, _ = shape.basal_plane
+    center, _ = shape.basal_plane
     volume, moment = 0.0, np.zeros(3)
     for name, sign in pieces:
         points, inward = shape.walls[name].patch.elements
-        flux = -sign * np.einsum("nx,nx->n", points - centre, inward)
+        flux = -sign * np.einsum("nx,nx->n", points - center, inward)
         volume += float(flux.sum()) / 3
-        moment += flux @ (points - centre) / 4
-    return volume, centre + moment / volume
+        moment += flux @ (points - center) / 4
+    return volume, center + moment / volume
 
 
 def _joined(first: Curve, second: Curve) -> Array:

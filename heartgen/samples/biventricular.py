@@ -22,14 +22,14 @@ BASE_LEVEL = 0.25
 # The right ellipsoid, in outer radii of the left ventricle with its septum. A normal adult right
 # ventricle is 25 to 41 mm wide at its base, its free wall 1 to 5 mm thick (Lang et al. 2015, JASE
 # 28:1-39); its insertions lie about 65 degrees to both sides.
-RIGHT_CENTRE = 0.72
+RIGHT_CENTER = 0.72
 """Distance of its axis from the long axis."""
 
 RIGHT_REACH, RIGHT_BREADTH = 1.08, 0.97
 """Semi-axes away from the left ventricle and along the septum."""
 
 RIGHT_LEVEL = 0.1
-"""Height of its centre above the left ventricle's widest level, share of the length."""
+"""Height of its center above the left ventricle's widest level, share of the length."""
 
 RIGHT_LEAN = float(np.radians(-14.0))
 """Turn that brings the right apex to the left one, rad."""
@@ -140,7 +140,7 @@ def _right_solid(unit: float, length: float) -> Solid:
     """Ellipsoid of a right ventricle; its height is still to be found."""
     return Solid(
         semi=(RIGHT_REACH * unit, RIGHT_BREADTH * unit, length),
-        centre=(-RIGHT_CENTRE * unit, 0.0, RIGHT_LEVEL * length),
+        center=(-RIGHT_CENTER * unit, 0.0, RIGHT_LEVEL * length),
         lean=RIGHT_LEAN,
         skew=RIGHT_SKEW,
     )
@@ -152,8 +152,8 @@ def _with_right_apex(shape: BivShape, height: float) -> BivShape:
     down = shape.rv.axes[2]
     level = float(shape.apex[2]) + height
     across = np.asarray(shape.rv.semi[:2]) * down[:2]
-    square = (shape.rv.centre[2] - level) ** 2 - across @ across
-    if not (np.isfinite(height) and height > 0 and level < shape.rv.centre[2] and square > 0):
+    square = (shape.rv.center[2] - level) ** 2 - across @ across
+    if not (np.isfinite(height) and height > 0 and level < shape.rv.center[2] and square > 0):
         raise _no_apex(shape, height)
 
     def lengthened(semi: float) -> BivShape:

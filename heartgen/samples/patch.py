@@ -1,6 +1,6 @@
 """A smooth surface patch over a region of the plane: its area, samples and distance.
 
-Everything is worked out from the closed-form map itself, so it is exact to far below a micrometre
+Everything is worked out from the closed-form map itself, so it is exact to far below a micrometer
 and no triangulation stands between a phantom and its truth.
 """
 

@@ -173,8 +173,8 @@ def _papillary(shape: Shape, points: Array) -> NDArray[np.bool_]:
     near = np.zeros(len(points), dtype=np.bool_)
     for angle in PAPILLARY_ANGLES:
         root, tip = (_endo_point(shape, z, angle) for z in (PAPILLARY_ROOT, PAPILLARY_TIP))
-        centre = np.array([*shape.endo.centre, PAPILLARY_TIP])
-        axis = centre + PAPILLARY_AXIS * (tip - centre) - root
+        center = np.array([*shape.endo.center, PAPILLARY_TIP])
+        axis = center + PAPILLARY_AXIS * (tip - center) - root
         along = np.clip((straight - root) @ axis / (axis @ axis), 0, 1)
         near |= np.linalg.norm(straight - root - along[:, None] * axis, axis=1) < PAPILLARY_RADIUS
     return near

@@ -41,7 +41,7 @@ class Ellipsoid:
         Mean radius at the widest level, mm.
     length : float
         Distance from the widest level to the apex, mm.
-    centre : (2,) tuple of float
+    center : (2,) tuple of float
         Offset of its axis from the long axis, mm.
     lobes : tuple of Lobe
         Deviation from a round section, as a share of the radius; fades out at the apex.
@@ -49,7 +49,7 @@ class Ellipsoid:
 
     radius: float
     length: float
-    centre: tuple[float, float] = (0.0, 0.0)
+    center: tuple[float, float] = (0.0, 0.0)
     lobes: tuple[Lobe, ...] = ()
 
 
@@ -150,7 +150,7 @@ def depth(surface: Ellipsoid, straight: Array) -> tuple[Array, Array, Array]:
     angle : (n,) float64, rad
         Circumferential angle.
     """
-    x, y = (straight[:, :2] - surface.centre).T
+    x, y = (straight[:, :2] - surface.center).T
     polar = np.arccos(np.clip(-straight[:, 2] / surface.length, -1, 1))
     angle = np.arctan2(y, x)
     return _section(surface, polar, angle) - np.hypot(x, y), polar, angle
@@ -160,7 +160,7 @@ def wall_point(surface: Ellipsoid, plane: Array) -> Array:
     """Points (n, 3), mm, straight frame, at plane coordinates (n, 2) = polar * (cos, sin) angle."""
     polar, angle = np.hypot(*plane.T), np.arctan2(plane[:, 1], plane[:, 0])
     radius = _section(surface, polar, angle)
-    x, y = surface.centre
+    x, y = surface.center
     return np.column_stack(
         [
             x + radius * np.cos(angle),

@@ -102,13 +102,13 @@ class Truth:
 
         Returns
         -------
-        centre : (3,) float64, mm, world (LPS)
+        center : (3,) float64, mm, world (LPS)
             Where the long axis meets it.
         normal : (3,) float64
             Unit vector, away from the apex.
         """
-        centre, normal = self.shape.basal_plane
-        return self.pose.to_world(centre[None])[0], self.pose.rotation @ normal
+        center, normal = self.shape.basal_plane
+        return self.pose.to_world(center[None])[0], self.pose.rotation @ normal
 
     @property
     def rims(self) -> tuple[Array, ...]:

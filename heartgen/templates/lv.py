@@ -132,15 +132,15 @@ def _surface(
     ring = np.stack([np.cos(angle), np.sin(angle)], -1) @ unit.T
     turn = CHORD * np.tan(step / CHORD) * np.stack([-np.sin(angle), np.cos(angle)], -1) @ unit.T
     meridian = meridians.dofs[depth]
-    centre = _centre_line(shape.middle(depth), meridian[..., 1], level=first == 1)
+    center = _center_line(shape.middle(depth), meridian[..., 1], level=first == 1)
     rows = []
     if first == 1:
-        pole = np.concatenate([centre[0, 0], meridian[0, 0, 1:]])
+        pole = np.concatenate([center[0, 0], meridian[0, 0, 1:]])
         tangents = np.concatenate([meridian[0, 1, 0] * unit.T, np.zeros((2, 1))], axis=1)
         rows = [pole[None], tangents]
     flat = np.zeros((around, 1))
     for (middle, drift), ((radius, z), (widening, dz)) in zip(
-        centre[first:], meridian[first:], strict=True
+        center[first:], meridian[first:], strict=True
     ):
         value = np.c_[middle + radius * ring, flat + z]
         d_around = np.c_[radius * turn, flat]
@@ -150,7 +150,7 @@ def _surface(
     return np.concatenate(rows)
 
 
-def _centre_line(
+def _center_line(
     middle: NDArray[np.float64], height: NDArray[np.float64], level: bool
 ) -> NDArray[np.float64]:
     """Value and slope (rows + 1, 2, 2) of the middle of the sections, from those of their height.

@@ -90,7 +90,7 @@ class Hits:
         miss = self.miss[row]
 
         def between(outside: int, inside: int) -> float:
-            """Where the miss changes sign between two neighbouring rays, in rays."""
+            """Where the miss changes sign between two neighboring rays, in rays."""
             a, b = miss[outside % turn], miss[inside % turn]
             return outside + float(a / (a - b)) * (inside - outside)
 

@@ -1,4 +1,4 @@
-"""Where the rows of elements lie along the wall: the parametrisation with the best elements.
+"""Where the rows of elements lie along the wall: the parametrization with the best elements.
 
 det J of a cup grows with the distance from the apex, so that evenly spaced rows have a poor
 Jacobian ratio near it, and it grows from endo- to epicardium. Rows and their spacing within each
@@ -31,7 +31,7 @@ SQUARENESS = 0.5
 """Weight of the cosine between radial and longitudinal lines against the spread of log det J."""
 
 EVENNESS = 0.05
-"""Weight of the difference between neighbouring rows: keeps the problem determined."""
+"""Weight of the difference between neighboring rows: keeps the problem determined."""
 
 WIDEST_HOLE = 0.4
 """Polar angle of the widest hole over that of the base."""

@@ -1,4 +1,4 @@
-"""Pictures of a personalisation: the 3-D view, slices of the mask, and a page with the report.
+"""Pictures of a personalization: the 3-D view, slices of the mask, and a page with the report.
 
 Each is loaded when it is first used, so that slices do not wait for VTK, nor the other way round.
 """
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from heartgen.errors import needing
 
 if TYPE_CHECKING:
-    from heartgen.viewing.fibres import plot_fibres
+    from heartgen.viewing.fibers import plot_fibers
     from heartgen.viewing.fields import plot_field
     from heartgen.viewing.figures import draw_histograms, draw_tradeoff
     from heartgen.viewing.motion import compare_html
@@ -29,7 +29,7 @@ __all__ = [
     "draw_stages",
     "draw_tradeoff",
     "plot",
-    "plot_fibres",
+    "plot_fibers",
     "plot_field",
     "render",
     "view_html",
@@ -43,7 +43,7 @@ _HOMES = {
     "draw_stages": "heartgen.viewing.stages",
     "draw_tradeoff": "heartgen.viewing.figures",
     "plot": "heartgen.viewing.scene",
-    "plot_fibres": "heartgen.viewing.fibres",
+    "plot_fibers": "heartgen.viewing.fibers",
     "plot_field": "heartgen.viewing.fields",
     "render": "heartgen.viewing.rendering",
     "view_html": "heartgen.viewing.page",

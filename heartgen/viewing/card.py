@@ -32,7 +32,7 @@ COUNTED_FROM = {
 """How it is known where the septum is."""
 
 DIGITS = 3
-"""Significant digits of a measurement: hundredths of a millimetre in a heart of 100 mm."""
+"""Significant digits of a measurement: hundredths of a millimeter in a heart of 100 mm."""
 
 
 @dataclass(frozen=True)

@@ -33,11 +33,11 @@ from heartgen.viewing.surfaces import (
 
 Array = NDArray[np.float64]
 
-SEGMENT_COLOURS = ("#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7")
+SEGMENT_COLORS = ("#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7")
 """Palette of Okabe and Ito (2008): six around each level, and the apex."""
 
 TURN = (0, 2, 0)
-"""Colours by which each level is turned, from the base, so that neighbours differ."""
+"""Colors by which each level is turned, from the base, so that neighbors differ."""
 
 AROUND = 6
 """Segments around the wall, at the basal and mid levels."""
@@ -57,8 +57,8 @@ class Look:
     of : str
         Name under which `heartgen.fields.make_fields` makes it.
     title : str
-    colours : str
-        A map of matplotlib that the colour-blind can read.
+    colors : str
+        A map of matplotlib that the color-blind can read.
     limits : (float, float) or None
         Ends of the scale; those of the field if None.
     """
@@ -66,7 +66,7 @@ class Look:
     field: str
     of: str
     title: str
-    colours: str
+    colors: str
     limits: tuple[float, float] | None
 
 
@@ -110,12 +110,12 @@ def plot_field(
     Raises
     ------
     InputError
-        If there is no such colouring.
+        If there is no such coloring.
     HeartgenError
         If a picture is asked for where there is no graphics library.
     """
     if color != "aha" and color not in LOOKS:
-        raise InputError(f"colouring {color!r} is not known: choose {', '.join(LOOKS)} or aha")
+        raise InputError(f"coloring {color!r} is not known: choose {', '.join(LOOKS)} or aha")
     plotter: Any = empty_scene(window_size)
     axes = heart_axes(mesh, septum)
     if color == "aha":
@@ -127,12 +127,12 @@ def plot_field(
     return finished(plotter, screenshot)
 
 
-def segment_colour(segment: int) -> str:
-    """Colour of an AHA segment: neighbours differ, around and from level to level."""
+def segment_color(segment: int) -> str:
+    """Color of an AHA segment: neighbors differ, around and from level to level."""
     if segment == NO_SEGMENT:
         return MESH
     level, place = divmod(segment - 1, AROUND)
-    return SEGMENT_COLOURS[(place + TURN[level]) % AROUND if segment < max(SEGMENTS) else -1]
+    return SEGMENT_COLORS[(place + TURN[level]) % AROUND if segment < max(SEGMENTS) else -1]
 
 
 def empty_scene(window_size: tuple[int, int], **options: Any) -> pv.Plotter:
@@ -166,7 +166,7 @@ def add_scalars(
     septum: Sequence[float] | None = None,
     key: bool = True,
 ) -> None:
-    """The surface coloured by a scalar field, with the key."""
+    """The surface colored by a scalar field, with the key."""
     made = {field.name: field for field in make_fields(mesh, [look.of], septum=septum)}
     surface = mesh_surface(mesh)
     values = on_surface(made[look.field], mesh.topology)[:, 0]
@@ -175,7 +175,7 @@ def add_scalars(
     plotter.add_mesh(
         surface,
         scalars=look.field,
-        cmap=look.colours,
+        cmap=look.colors,
         clim=look.limits,
         scalar_bar_args=bar,
         show_scalar_bar=key,
@@ -184,12 +184,12 @@ def add_scalars(
 
 
 def add_segments(plotter: Any, mesh: HexMesh, axes: HeartAxes) -> None:
-    """The surface coloured by the segments of the elements, with their numbers."""
+    """The surface colored by the segments of the elements, with their numbers."""
     surface, faces = mesh_surface(mesh), mesh.topology.external
     segment = segments_of_elements(mesh, axes)[faces[:, 0]]
-    colours = np.array([pv.Color(segment_colour(int(s))).int_rgb for s in segment])
-    surface.cell_data["colour"] = np.repeat(colours, SUBDIVISION**2, axis=0).astype(np.uint8)
-    plotter.add_mesh(surface, scalars="colour", rgb=True, **SURFACE_LOOK)
+    colors = np.array([pv.Color(segment_color(int(s))).int_rgb for s in segment])
+    surface.cell_data["color"] = np.repeat(colors, SUBDIVISION**2, axis=0).astype(np.uint8)
+    plotter.add_mesh(surface, scalars="color", rgb=True, **SURFACE_LOOK)
     numbers = _numbers(mesh, segments_of_elements(mesh, axes))
     plotter.add_point_labels(
         np.array(list(numbers.values())),

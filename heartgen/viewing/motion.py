@@ -68,8 +68,8 @@ def compare_html(
         made=html.escape(f"heartgen {__version__} · {len(meshes)} states"),
         large=html.escape(large),
         small=html.escape(small),
-        large_colour=LARGE,
-        small_colour=SMALL,
+        large_color=LARGE,
+        small_color=SMALL,
         heads="".join(f"<th>{html.escape(state)}</th>" for state in table.names),
         rows="\n".join(_row(*row) for row in table.rows),
     )

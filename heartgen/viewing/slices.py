@@ -33,10 +33,10 @@ MARGIN = 0.12
 
 MYOCARDIUM, ENDO, EPI, BASE, AXIS = "#d9b8b0", "#d55e00", "#0072b2", "#009e73", "#26303b"
 RIGHT = "#cc79a7"
-"""Colours (lines: palette of Okabe and Ito, 2008, safe for the colour-blind)."""
+"""Colors (lines: palette of Okabe and Ito, 2008, safe for the color-blind)."""
 
 SURFACES = {"lv_endo": ENDO, "rv_endo": RIGHT, "epi": EPI}
-"""Colours of the surfaces of the shape analysis."""
+"""Colors of the surfaces of the shape analysis."""
 
 LINE = 1.8
 """Width of contours, points."""
@@ -83,7 +83,7 @@ class SliceView:
         From the view to the world (LPS), mm.
     low, high : (3,) float64
         Corners of what is shown, mm, frame of the view.
-    centre : (3,) float64
+    center : (3,) float64
         Where the slices meet at first, mm, frame of the view.
     """
 
@@ -92,7 +92,7 @@ class SliceView:
     frame: Array
     low: Array
     high: Array
-    centre: Array
+    center: Array
 
 
 def slice_view(mask: Mask, anatomy: Anatomy | None = None) -> SliceView:
@@ -106,12 +106,12 @@ def slice_view(mask: Mask, anatomy: Anatomy | None = None) -> SliceView:
     points = (mask.to_world(index) - frame[:3, 3]) @ frame[:3, :3]
     low, high = points.min(0), points.max(0)
     room = MARGIN * float((high - low).max())
-    centre = (low + high) / 2 if anatomy is None else _pool_centre(anatomy)
-    return SliceView(mask, anatomy, frame, low - room, high + room, centre)
+    center = (low + high) / 2 if anatomy is None else _pool_center(anatomy)
+    return SliceView(mask, anatomy, frame, low - room, high + room, center)
 
 
 def draw_slices(mask: Mask, anatomy: Anatomy) -> Figure:
-    """Draw three orthogonal slices through the centre of the blood pool.
+    """Draw three orthogonal slices through the center of the blood pool.
 
     Parameters
     ----------
@@ -129,9 +129,9 @@ def draw_slices(mask: Mask, anatomy: Anatomy) -> Figure:
     widths = [view.high[s.across] - view.low[s.across] for s in SLICES]
     panels = figure.subplots(1, len(SLICES), width_ratios=widths)
     for axes, slice_ in zip(panels, SLICES, strict=True):
-        _draw(axes, slice_, view, view.centre, PIXELS)
+        _draw(axes, slice_, view, view.center, PIXELS)
         if slice_.up == 2:
-            axes.axhline(view.centre[2], color=AXIS, linewidth=LINE / 2, alpha=0.35)
+            axes.axhline(view.center[2], color=AXIS, linewidth=LINE / 2, alpha=0.35)
         axes.set(title=slice_.title)
         axes.set(xlabel=f"{AXES[slice_.across]} (mm)", ylabel=f"{AXES[slice_.up]} (mm)")
         axes.title.set_fontsize("medium")
@@ -156,11 +156,11 @@ def draw_slice(view: SliceView, slice_: Slice, position: float) -> Figure:
         Not bound to any window.
     """
     across = 3 - slice_.across - slice_.up
-    centre = view.centre.copy()
-    centre[across] = position
+    center = view.center.copy()
+    center[across] = position
     figure = Figure(figsize=(SMALL, SMALL), facecolor="white")
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    _draw(axes, slice_, view, centre, SMALL_PIXELS)
+    _draw(axes, slice_, view, center, SMALL_PIXELS)
     middle = (view.low + view.high) / 2
     half = float((view.high - view.low).max()) / 2
     i, j = slice_.across, slice_.up
@@ -170,7 +170,7 @@ def draw_slice(view: SliceView, slice_: Slice, position: float) -> Figure:
 
 
 def draw_section(
-    axes: Axes, slice_: Slice, view: SliceView, centre: Array | None = None, pixels: int = PIXELS
+    axes: Axes, slice_: Slice, view: SliceView, center: Array | None = None, pixels: int = PIXELS
 ) -> None:
     """Draw the voxels where a slice through a point cuts them.
 
@@ -179,14 +179,14 @@ def draw_section(
     axes : matplotlib.axes.Axes
     slice_ : Slice
     view : SliceView
-    centre : (3,) float64, optional
+    center : (3,) float64, optional
         On the slice, mm, frame of the view; where the slices meet at first if omitted.
     pixels : int
         Samples along each side.
     """
     mask, low, high = view.mask, view.low, view.high
     i, j = slice_.across, slice_.up
-    points = _grid(slice_, view, view.centre if centre is None else centre, pixels)
+    points = _grid(slice_, view, view.center if center is None else center, pixels)
     index = mask.to_index(points.reshape(-1, 3) @ view.frame[:3, :3].T + view.frame[:3, 3])
     voxels = ndi.map_coordinates(mask.voxels.astype(np.uint8), index.T, order=0)
     extent = (low[i], high[i], low[j], high[j])
@@ -202,23 +202,23 @@ def draw_section(
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def _draw(axes: Axes, slice_: Slice, view: SliceView, centre: Array, pixels: int) -> None:
+def _draw(axes: Axes, slice_: Slice, view: SliceView, center: Array, pixels: int) -> None:
     """One slice: the voxels, the surfaces, the basal plane and the long axis."""
-    draw_section(axes, slice_, view, centre, pixels)
+    draw_section(axes, slice_, view, center, pixels)
     anatomy, j = view.anatomy, slice_.up
     if anatomy is None:
         return
-    points = _grid(slice_, view, centre, pixels)
+    points = _grid(slice_, view, center, pixels)
     across, up = points[0, :, slice_.across], points[:, 0, j]
     world = points.reshape(-1, 3) @ view.frame[:3, :3].T + view.frame[:3, 3]
     height = anatomy.base.surface.height(world).reshape(pixels, pixels)
-    for name, colour in SURFACES.items():
+    for name, color in SURFACES.items():
         if name not in anatomy.surfaces:
             continue
         level = anatomy.surfaces[name].sample(world)[0].reshape(pixels, pixels)
         level[height > 0] = np.nan  # beyond the base a surface means nothing
         if np.nanmin(level, initial=1.0) < 0 < np.nanmax(level, initial=-1.0):
-            axes.contour(across, up, level, levels=[0.0], colors=colour, linewidths=LINE)
+            axes.contour(across, up, level, levels=[0.0], colors=color, linewidths=LINE)
     if j == 2:
         axes.contour(across, up, height, levels=[0.0], colors=BASE, linewidths=LINE)
         axes.plot([0, 0], [-anatomy.length, 0], color=AXIS, linestyle=DASHES)
@@ -226,17 +226,17 @@ def _draw(axes: Axes, slice_: Slice, view: SliceView, centre: Array, pixels: int
         axes.plot(0, 0, "+", color=AXIS, markersize=10)
 
 
-def _grid(slice_: Slice, view: SliceView, centre: Array, pixels: int) -> Array:
+def _grid(slice_: Slice, view: SliceView, center: Array, pixels: int) -> Array:
     """Points (pixels, pixels, 3) of a slice, mm, frame of the view."""
     i, j = slice_.across, slice_.up
     across, up = (np.linspace(view.low[a], view.high[a], pixels) for a in (i, j))
-    points = np.tile(centre, (pixels, pixels, 1))
+    points = np.tile(center, (pixels, pixels, 1))
     points[..., i], points[..., j] = np.meshgrid(across, up)
     return points
 
 
-def _pool_centre(anatomy: Anatomy) -> Array:
-    """Centre of the blood pool below the base, (3,) mm, heart's frame."""
+def _pool_center(anatomy: Anatomy) -> Array:
+    """Center of the blood pool below the base, (3,) mm, heart's frame."""
     level = anatomy.surfaces["lv_endo"]
     index = np.argwhere(level.values < 0).astype(float)
     points = anatomy.to_heart(index @ level.affine[:3, :3].T + level.affine[:3, 3])
@@ -256,17 +256,17 @@ def _sizes(anatomy: Anatomy) -> str:
     return ", ".join(parts)
 
 
-def line_colours(anatomy: Anatomy) -> dict[str, str]:
-    """Name what the lines of a slice are, and their colours."""
+def line_colors(anatomy: Anatomy) -> dict[str, str]:
+    """Name what the lines of a slice are, and their colors."""
     named = {
-        SURFACE_NAMES[name]: colour for name, colour in SURFACES.items() if name in anatomy.surfaces
+        SURFACE_NAMES[name]: color for name, color in SURFACES.items() if name in anatomy.surfaces
     }
     return {**named, "end of the mesh at the base": BASE}
 
 
 def _key(anatomy: Anatomy) -> list[Patch | Line2D]:
-    """What the colours mean."""
-    named = line_colours(anatomy)
+    """What the colors mean."""
+    named = line_colors(anatomy)
     lines = [Line2D([], [], color=c, linewidth=LINE, label=name) for name, c in named.items()]
     axis = Line2D([], [], color=AXIS, linestyle=DASHES, label="long axis")
     return [Patch(color=MYOCARDIUM, label="mask"), *lines, axis]

@@ -161,7 +161,7 @@ def _draw_cut(axes: Axes, surface: pv.PolyData, view: SliceView) -> None:
     """The lines in which the slice cuts a surface."""
     turn, shift = view.frame[:3, :3], view.frame[:3, 3]
     across = 3 - LONG_AXIS.across - LONG_AXIS.up
-    cut = surface.slice(normal=turn[:, across], origin=turn @ view.centre + shift)
+    cut = surface.slice(normal=turn[:, across], origin=turn @ view.center + shift)
     points = (np.asarray(cut.points, dtype=float) - shift) @ turn
     flat = points[:, [LONG_AXIS.across, LONG_AXIS.up]]
     lines = flat[cut.lines.reshape(-1, 3)[:, 1:]]

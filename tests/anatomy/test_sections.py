@@ -14,8 +14,8 @@ LEFT, RIGHT = (40.0, 70.0), (40.0, 38.0)
 I, J = np.meshgrid(*(np.arange(n) for n in SHAPE), indexing="ij")
 
 
-def disc(centre: tuple[float, float], radius: float) -> np.ndarray:
-    return np.hypot(I - centre[0], J - centre[1]) < radius
+def disc(center: tuple[float, float], radius: float) -> np.ndarray:
+    return np.hypot(I - center[0], J - center[1]) < radius
 
 
 def slices(n: int = 8, both: bool = True, drift: float = 0.0) -> np.ndarray:

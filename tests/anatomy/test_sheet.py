@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import heartgen
-from heartgen.anatomy import Plane, Sheet, analyse
+from heartgen.anatomy import Plane, Sheet, analyze
 from heartgen.anatomy.sheet import HIGHEST, fit_sheet
 from heartgen.errors import InputError
 
@@ -67,7 +67,7 @@ def test_outflow_tract_is_passed_through():
 
 def test_valves_end_the_mesh_on_a_sheet_or_on_a_plane():
     mask = heartgen.samples.load("valves").mask
-    rim, plane = analyse(mask), analyse(mask, follow_rim=False)
+    rim, plane = analyze(mask), analyze(mask, follow_rim=False)
     assert isinstance(rim.base.surface, Sheet)
     assert plane.base.surface is plane.base.plane
     assert rim.base.truncation < plane.base.truncation
@@ -78,6 +78,6 @@ def test_valves_end_the_mesh_on_a_sheet_or_on_a_plane():
 
 def test_less_of_a_heart_with_valves_is_lost(shared_data: Path) -> None:
     mask = heartgen.read_mask(shared_data / "biv" / "bivme_patient1_f00_valves.nii.gz")
-    rim, plane = analyse(mask), analyse(mask, follow_rim=False)
+    rim, plane = analyze(mask), analyze(mask, follow_rim=False)
     held = mask.voxels.sum() * np.prod(mask.spacing)
     assert rim.wall_volume > 0.95 * held > plane.wall_volume

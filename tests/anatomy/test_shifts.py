@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from heartgen import samples
-from heartgen.anatomy import analyse
+from heartgen.anatomy import analyze
 from heartgen.anatomy.sections import Sections, find_sections
 from heartgen.anatomy.shifts import find_shifts, without_shifts
 from heartgen.images.mask import Mask
@@ -105,8 +105,8 @@ def test_few_slices_tell_nothing(mask: Mask, moves: np.ndarray) -> None:
 
 def test_slices_are_moved_back(mask: Mask, moves: np.ndarray) -> None:
     as_given = shifted(mask, moves)
-    straight = analyse(mask)
-    off, auto = (analyse(as_given, take_back_shifts=take) for take in (False, True))
+    straight = analyze(mask)
+    off, auto = (analyze(as_given, take_back_shifts=take) for take in (False, True))
     assert auto.slices is not None
     assert off.slices is not None
     assert not off.slices.shifts.any()
@@ -124,7 +124,7 @@ def test_slices_are_moved_back(mask: Mask, moves: np.ndarray) -> None:
 
 
 def test_contours_and_surfaces_stay_together(mask: Mask, moves: np.ndarray) -> None:
-    anatomy = analyse(shifted(mask, moves))
+    anatomy = analyze(shifted(mask, moves))
     assert anatomy.slices is not None
     for name, contour in anatomy.slices.contours.items():
         inside = anatomy.base.plane.height(contour.points) < -3

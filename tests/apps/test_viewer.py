@@ -49,7 +49,7 @@ def test_camera_stays_unless_it_is_reset(finished, alone):
     camera = view._plotter.camera
     placed = np.array(camera.position)
     camera.position = placed + 10
-    view.show(mesh_scene(finished.shown, View(colour="quality")))
+    view.show(mesh_scene(finished.shown, View(color="quality")))
     np.testing.assert_allclose(camera.position, placed + 10)
     view.reset()
     np.testing.assert_allclose(camera.position, placed)

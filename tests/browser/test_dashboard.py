@@ -16,7 +16,7 @@ import heartgen
 from heartgen import samples
 
 SATURATED = 40
-"""Difference of colour channels from which a pixel is no grey."""
+"""Difference of color channels from which a pixel is no gray."""
 
 CHANGED = 30
 """Difference of a channel from which a pixel is another."""
@@ -30,7 +30,7 @@ def view(page):
 
 
 def is_mesh(pixels):
-    """Whether something coloured is there: blank and black views are not."""
+    """Whether something colored is there: blank and black views are not."""
     share = np.mean(np.ptp(pixels, axis=2) > SATURATED)
     return share > 0.03 and len(np.unique((pixels // 16).reshape(-1, 3), axis=0)) > 40
 
@@ -174,9 +174,9 @@ def test_mesh_turns_and_stays_turned(ran):
     before = view(ran)
     turned = wait_for_other(ran, before, act=lambda: drag(ran))
     outline = np.ptp(turned, axis=2) > SATURATED
-    choose(ran, "Colour by", "Quality Q")
-    recoloured = wait_for_other(ran, turned)
-    now = np.ptp(recoloured, axis=2) > SATURATED
+    choose(ran, "Color by", "Quality Q")
+    recolored = wait_for_other(ran, turned)
+    now = np.ptp(recolored, axis=2) > SATURATED
     overlap = np.sum(outline & now) / np.sum(outline | now)
     assert overlap > 0.6  # seen from the same side
     assert "Jacobian ratio" in ran.locator(".hg-scale").inner_text()
@@ -193,7 +193,7 @@ def test_view_can_be_saved_and_reset(ran):
 
 
 def test_stage_and_cut_change_the_view(ran):
-    choose(ran, "Colour by", "Surface")
+    choose(ran, "Color by", "Surface")
     wait_for_view(ran, is_mesh)
     ran.wait_for_selector(".hg-scale:has-text('epicardium')")
     time.sleep(2)
@@ -204,18 +204,18 @@ def test_stage_and_cut_change_the_view(ran):
     wait_for_other(ran, cut)
     ran.get_by_role("button", name="Refined").click()
     choose(ran, "Cut", "No cut")
-    choose(ran, "Colour by", "Error")
+    choose(ran, "Color by", "Error")
 
 
 def test_fields_are_seen(ran):
     before = view(ran)
-    choose(ran, "Colour by", "AHA segment")
+    choose(ran, "Color by", "AHA segment")
     ran.wait_for_selector(".hg-scale:has-text('AHA segment')")
     segments = wait_for_other(ran, before)
-    choose(ran, "Lines", "Fibres")
+    choose(ran, "Lines", "Fibers")
     wait_for_other(ran, segments)
     choose(ran, "Lines", "Element edges")
-    choose(ran, "Colour by", "Error")
+    choose(ran, "Color by", "Error")
 
 
 def test_a_visitor_whose_kernel_is_killed_is_told_and_harms_nobody_else(ran, browser, server):
@@ -228,9 +228,9 @@ def test_a_visitor_whose_kernel_is_killed_is_told_and_harms_nobody_else(ran, bro
     assert "has ended" in page.locator(".hg-gone").inner_text()
     page.close()
     shown = view(ran)
-    choose(ran, "Colour by", "Quality Q")
+    choose(ran, "Color by", "Quality Q")
     wait_for_other(ran, shown)
-    choose(ran, "Colour by", "Error")
+    choose(ran, "Color by", "Error")
     assert not ran.locator(".hg-gone").is_visible()
 
 

@@ -86,17 +86,17 @@ def test_options_arrive(run, mask_file, tmp_path):
 def test_fields_are_written_as_asked(fitted, run, mask_file, tmp_path):
     _, out = fitted
     everything = pv.read(out / "mesh.vtu")
-    assert {"transmural", "longitudinal", "circumferential", "fibre"} <= set(everything.point_data)
+    assert {"transmural", "longitudinal", "circumferential", "fiber"} <= set(everything.point_data)
     assert "aha segment" in everything.cell_data
     outcome = run(
-        "fit", mask_file, "-o", tmp_path, "--fields", "fibres", "--fibre-angles", "helix=0/0"
+        "fit", mask_file, "-o", tmp_path, "--fields", "fibers", "--fiber-angles", "helix=0/0"
     )  # fmt: skip
     assert outcome.exit_code == 0, outcome.output
     grid = pv.read(tmp_path / "mesh.vtu")
-    assert set(grid.point_data) == {"fibre", "sheet", "sheet normal"}
-    rising, level = (np.mean(np.abs(g["fibre"][:, 2])) for g in (everything, grid))
+    assert set(grid.point_data) == {"fiber", "sheet", "sheet normal"}
+    rising, level = (np.mean(np.abs(g["fiber"][:, 2])) for g in (everything, grid))
     assert level < rising / 2  # around, not up the long axis
-    assert np.linalg.norm(grid["fibre"], axis=1) == pytest.approx(1)
+    assert np.linalg.norm(grid["fiber"], axis=1) == pytest.approx(1)
 
 
 def test_indices_are_shown_and_reported(fitted):
@@ -125,11 +125,11 @@ def test_label_selects_the_myocardium(run, save, mask_file, tmp_path, fitted):
 def test_label_map_is_fitted_as_the_mask_it_holds(run, mask_file, label_map, tmp_path, fitted):
     outcome = run("fit", label_map, "-o", tmp_path, "--labels", "acdc")
     assert outcome.exit_code == 0, outcome.output
-    whole, labelled = (
+    whole, labeled = (
         json.loads((out / "report.json").read_text()) for out in (fitted[1], tmp_path)
     )
-    assert labelled["measurements"] == pytest.approx(whole["measurements"])
-    assert labelled["accuracy"]["mean"] == pytest.approx(whole["accuracy"]["mean"])
+    assert labeled["measurements"] == pytest.approx(whole["measurements"])
+    assert labeled["accuracy"]["mean"] == pytest.approx(whole["accuracy"]["mean"])
 
 
 def test_valid_mesh_without_success_is_written_and_flagged(

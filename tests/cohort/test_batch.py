@@ -142,7 +142,7 @@ def test_command_tells_what_came_out(two, hearts):
     ("arguments", "sentence"),
     [
         (["--set", "quality=1,2"], "heartgen sweep compares them"),
-        (["--set", "colour=red"], "there is no option 'colour'"),
+        (["--set", "color=red"], "there is no option 'color'"),
         (["--elements", "12"], "for example 1x12x6"),
         (["--scheduler", "tcp://127.0.0.1:1", "--jobs", "2"], "has workers of its own"),
         (["--cluster", "no_such.Cluster"], "there is no cluster no_such.Cluster"),

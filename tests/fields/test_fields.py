@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from heartgen.errors import InputError, MeshError
 from heartgen.fields import FIELDS, heart_axes, make_fields
-from heartgen.fields.catalogue import FIBRE, SHEET, SHEET_NORMAL
+from heartgen.fields.catalog import FIBER, SHEET, SHEET_NORMAL
 from heartgen.fields.frames import at_pole, wall_frames
 from heartgen.fields.patch import patch_of
 from heartgen.mesh import HexMesh
@@ -94,7 +94,7 @@ def test_fields_move_with_the_heart(mesh: HexMesh) -> None:
     before = by_name(mesh, septum=septum)
     after = by_name(mesh.transformed(affine), septum=turn @ septum)
     for name, field in before.items():
-        turns = name in (FIBRE, SHEET, SHEET_NORMAL)
+        turns = name in (FIBER, SHEET, SHEET_NORMAL)
         values = field.values @ turn.T if turns else field.values
         assert np.abs(after[name].values - values).max() < 1e-6, name
 
@@ -115,8 +115,8 @@ def test_directions_turn_around_the_middle_of_a_patch(name: str, request) -> Non
     assert patch.side == 3
     points = mesh.lagrange_points()[patch.elements]
     away = patch.radius(lattice()) > 0.5
-    centre = points.reshape(-1, 3).mean(0)
-    around = np.cross(axes.longitudinal, points - centre)
+    center = points.reshape(-1, 3).mean(0)
+    around = np.cross(axes.longitudinal, points - center)
     around /= np.linalg.norm(around, axis=-1, keepdims=True)
     found = wall_frames(mesh)[patch.elements][..., 0]
     cosine = np.einsum("eqx,eqx->eq", found, around)[away]
@@ -142,7 +142,7 @@ def test_the_patch_goes_on_where_the_ring_ends(patched: HexMesh) -> None:
 def test_names_choose_and_wrong_ones_are_refused(lv: HexMesh) -> None:
     assert set(by_name(lv, "aha")) == {"aha segment"}
     assert len(by_name(lv)) == sum(len(make_fields(lv, [name])) for name in FIELDS)
-    with pytest.raises(InputError, match="choose among coordinates, aha, fibres"):
+    with pytest.raises(InputError, match="choose among coordinates, aha, fibers"):
         make_fields(lv, ["strain"])
 
 

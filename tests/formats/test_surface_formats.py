@@ -63,7 +63,7 @@ def test_ply_numbers_the_surface_of_each_face(biv, tmp_path):
     assert numbers.tolist() == expected
 
 
-def test_gltf_stands_upright_in_metres(usual, tmp_path):
+def test_gltf_stands_upright_in_meters(usual, tmp_path):
     trimesh = pytest.importorskip("trimesh")
     written(usual, tmp_path, "glb", "tet4")
     scene = trimesh.load(tmp_path / "heart.glb", force="scene", process=False)

@@ -113,7 +113,7 @@ def test_order_and_direction_of_the_axes_do_not_matter(heart, spacing):
 
 
 @pytest.mark.parametrize("spacing", [[1.0, 1.0, 1.0], [1.4, 1.4, 8.0]])
-def test_unlabelled_left_pool_makes_no_difference(heart, spacing):
+def test_unlabeled_left_pool_makes_no_difference(heart, spacing):
     affine, at = heart.image(np.array(spacing))
     labels = heart.labels(at)
     wall, _ = build_rv_wall(parts_of(labels), affine, 3.0)

@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from scipy.spatial.transform import Rotation
 
 from heartgen import samples
-from heartgen.anatomy import analyse
+from heartgen.anatomy import analyze
 from heartgen.mesh import HexMesh
 from heartgen.mesh.bernstein import lattice
 from heartgen.mesh.closest import closest_points
@@ -205,7 +205,7 @@ def test_good_meshes_are_free_of_alarms(cup: HexMesh, disturbed: HexMesh) -> Non
 
 @pytest.mark.parametrize("make", [samples.ideal_cup, samples.lifelike_lv, samples.biv])
 def test_templates_cross_only_where_they_fold(make: Callable[[float], samples.Sample]) -> None:
-    anatomy = analyse(make(COARSE).mask)
+    anatomy = analyze(make(COARSE).mask)
     for apex in ("collapsed", "hole", "patch"):
         hole = HOLE if apex == "hole" else 0.0
         if anatomy.rv is None:

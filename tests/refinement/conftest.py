@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from heartgen import samples
-from heartgen.anatomy import analyse
+from heartgen.anatomy import analyze
 from heartgen.refinement import fit_target
 from heartgen.templates import biventricular_template, lv_template
 from tests.refinement.hearts import Heart
@@ -20,14 +20,14 @@ LEFT, BOTH = (1, 8, 4), (2, 6, 3)
 @pytest.fixture(scope="session")
 def left() -> Heart:
     """A left ventricle alone."""
-    anatomy = analyse(samples.lifelike_lv(COARSE).mask)
+    anatomy = analyze(samples.lifelike_lv(COARSE).mask)
     return Heart(anatomy, fit_target(anatomy), lv_template(anatomy, LEFT))
 
 
 @pytest.fixture(scope="session")
 def both() -> Heart:
     """Both ventricles."""
-    anatomy = analyse(samples.biv(COARSE).mask)
+    anatomy = analyze(samples.biv(COARSE).mask)
     return Heart(anatomy, fit_target(anatomy), biventricular_template(anatomy, BOTH))
 
 

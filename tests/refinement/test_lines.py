@@ -139,7 +139,7 @@ def test_place_draws_back_harder_what_moved_far() -> None:
 def cup() -> HexMesh:
     """A body of revolution about z."""
     round_cup = TruncatedEllipsoid(
-        centre=np.zeros(2),
+        center=np.zeros(2),
         lean=np.zeros(2),
         section=20 * np.eye(2),
         axis=50.0,

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import heartgen
 from heartgen import samples
-from heartgen.anatomy import analyse
+from heartgen.anatomy import analyze
 from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.enhancement import enhance
 from heartgen.errors import Cancelled, InputError
@@ -253,7 +253,7 @@ def test_moves_with_the_patient(kind: str, request: pytest.FixtureRequest) -> No
     motion[:3, :3] = Rotation.from_rotvec([0.3, -0.2, 0.9]).as_matrix()
     motion[:3, 3] = [30, -20, 5]
     mask = (samples.lifelike_lv if kind == "left" else samples.biv)(COARSE).mask
-    elsewhere = analyse(type(mask)(mask.voxels, motion @ mask.affine, mask.name))
+    elsewhere = analyze(type(mask)(mask.voxels, motion @ mask.affine, mask.name))
     here = refine(heart.mesh, heart.target, heart.settings()).mesh.transformed(motion)
     start = heart.mesh.transformed(motion)
     there = refine(start, fit_target(elsewhere), heart.settings()).mesh

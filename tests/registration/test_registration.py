@@ -43,8 +43,8 @@ def test_fold_bound_is_a_lower_bound_of_the_determinant(seed: int, size: float) 
     u = size * np.random.default_rng(seed).standard_normal((g.size, 3))
     part = GridMap(g, u)
     points, h = inside(g, 30, seed) * 1.0, 1e-5
-    centre = g.nodes().mean(0)
-    points = centre + 0.9 * (points - centre)
+    center = g.nodes().mean(0)
+    points = center + 0.9 * (points - center)
     slopes = [(part(points + h * e) - part(points - h * e)) / (2 * h) for e in np.eye(3)]
     determinant = np.linalg.det(np.stack(slopes, -1))
     crossing = np.abs(np.linalg.det(np.stack(slopes, -1)) - determinant) > 1

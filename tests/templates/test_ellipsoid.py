@@ -25,7 +25,7 @@ SURFACES = ("lv_endo", "epi")
 
 CUP = TruncatedEllipsoid(np.zeros(2), np.zeros(2), 22 * np.eye(2), 70.0, 0.5, 10.0, 10.0)
 BENT = TruncatedEllipsoid(
-    centre=np.array([1.0, -2.0]),
+    center=np.array([1.0, -2.0]),
     lean=np.array([0.05, -0.03]),
     section=np.array([[24.0, 1.5], [1.5, 20.0]]),
     axis=70.0,

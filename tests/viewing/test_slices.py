@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from heartgen import samples
-from heartgen.anatomy import analyse
+from heartgen.anatomy import analyze
 
 pytest.importorskip("matplotlib")
 
@@ -77,7 +77,7 @@ def test_slices_follow_the_heart_not_the_image():
     areas = []
     for turn in (None, 3):
         mask = samples.lifelike_lv(2.0, rotation=turn).mask
-        figure = draw_slices(mask, analyse(mask))
+        figure = draw_slices(mask, analyze(mask))
         areas.append(
             [voxels.sum() * pixel for voxels, pixel in map(slice_of, [figure] * 3, range(3))]
         )

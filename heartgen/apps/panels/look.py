@@ -1,4 +1,4 @@
-"""Step 4: the heart in 3-D, through the stages of the pipeline, coloured and cut as one likes."""
+"""Step 4: the heart in 3-D, through the stages of the pipeline, colored and cut as one likes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ STAGES = (
 )
 """As in `heartgen.apps.scene`, which waits for VTK; a test compares. So do the next ones."""
 
-COLOURS = (
+COLORS = (
     ("Error", "error"),
     ("Quality Q", "quality"),
     ("Surface", "region"),
@@ -32,7 +32,7 @@ COLOURS = (
     ("Longitudinal", "longitudinal"),
     ("Wall thickness", "thickness"),
 )
-LINES = (("Element edges", "edges"), ("Fibres", "fibres"), ("None", "off"))
+LINES = (("Element edges", "edges"), ("Fibers", "fibers"), ("None", "off"))
 MASKS = (
     ("Where it differs", "misfit"),
     ("All of it", "whole"),
@@ -63,9 +63,9 @@ class LookPanel:
             "The mesh on its way: template, registered, warped, enhanced, refined",
         )
         self.stage.tooltips = [f"Show the mesh: {title.lower()}" for title, _ in STAGES]
-        self.colour = choose(COLOURS, "error", "Colour by", "What the colours of the mesh show")
+        self.color = choose(COLORS, "error", "Color by", "What the colors of the mesh show")
         self.limit = choose(
-            LIMITS, 0.0, "Scale ends at", "Distance at the end of the error's colour scale"
+            LIMITS, 0.0, "Scale ends at", "Distance at the end of the error's color scale"
         )
         self.mask = choose(
             _masks(False),
@@ -81,12 +81,12 @@ class LookPanel:
             ),
             "Place of the cut",
         )
-        self.lines = choose(LINES, "edges", "Lines", "Edges of the elements, or rule-based fibres")
+        self.lines = choose(LINES, "edges", "Lines", "Edges of the elements, or rule-based fibers")
         self.key = text("", "hg-scale")
         self.place = classed(
             widgets.Box([text("The 3-D view is starting …", "hg-notice")]), "hg-view"
         )
-        controls = [self.colour, self.limit, self.mask, self.lines, self.cut, self.position]
+        controls = [self.color, self.limit, self.mask, self.lines, self.cut, self.position]
         for control in (self.stage, *controls):
             control.observe(self._draw, "value")
         session.observe(self._draw, ["anatomy", "shown"])
@@ -138,7 +138,7 @@ class LookPanel:
         there = self.session.shown is not None
         for control in self._controls:
             control.disabled = not there
-        self.limit.disabled = not there or self.colour.value != "error"
+        self.limit.disabled = not there or self.color.value != "error"
         self.position.disabled = not there or self.cut.value == "off"
 
     def _draw(self, _: Any = None) -> None:
@@ -165,7 +165,7 @@ class LookPanel:
         """What the controls ask for."""
         return {
             "stage": self.stage.value,
-            "colour": self.colour.value,
+            "color": self.color.value,
             "mask": self.mask.value,
             "lines": self.lines.value,
             "cut": self.cut.value,
@@ -207,7 +207,7 @@ def _masks(stack: bool) -> tuple[tuple[str, str], ...]:
 
 
 def key_html(painted: Any, mask: bool, moved: bool = False) -> str:
-    """The key of the colours."""
+    """The key of the colors."""
     marks = '<span class="hg-class"><i class="hg-mask-mark"></i>mask</span>' if mask else ""
     if moved:
         marks += '<span class="hg-class"><i class="hg-given-mark"></i>slices as given</span>'
@@ -223,8 +223,8 @@ def key_html(painted: Any, mask: bool, moved: bool = False) -> str:
         )
     else:
         key = f"<span>{painted.title}</span>" + "".join(
-            f'<span class="hg-class"><i style="background:{colour}"></i>{name}</span>'
-            for colour, name in painted.names
+            f'<span class="hg-class"><i style="background:{color}"></i>{name}</span>'
+            for color, name in painted.names
         )
     return key + marks
 

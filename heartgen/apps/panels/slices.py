@@ -19,7 +19,7 @@ STEPS = 60
 """Places a slider stops at."""
 
 ML = 1000.0
-"""mm^3 in a millilitre."""
+"""mm^3 in a milliliter."""
 
 BROKEN = ("first", "second", "third")
 """Names of an image's axes, where no heart is known."""
@@ -84,7 +84,7 @@ class SlicesPanel:
             low, high = float(view.low[across]), float(view.high[across])
             slider = self.sliders[i]
             slider.min, slider.max = min(low, slider.min), max(high, slider.max)
-            slider.value = float(view.centre[across])
+            slider.value = float(view.center[across])
             slider.min, slider.max = low, high
             slider.step = (high - low) / STEPS
             slider.disabled = False
@@ -110,12 +110,12 @@ class SlicesPanel:
 
 
 def key_html(session: Session) -> str:
-    """What the colours of the slices mean."""
-    from heartgen.viewing.slices import MYOCARDIUM, line_colours
+    """What the colors of the slices mean."""
+    from heartgen.viewing.slices import MYOCARDIUM, line_colors
 
     names = [(MYOCARDIUM, "mask")]
     if session.anatomy is not None:
-        names += [(colour, name) for name, colour in line_colours(session.anatomy).items()]
+        names += [(color, name) for name, color in line_colors(session.anatomy).items()]
     return "".join(f'<span><i style="background:{c}"></i>{name}</span>' for c, name in names)
 
 

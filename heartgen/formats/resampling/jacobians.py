@@ -63,7 +63,7 @@ def scaled_jacobian(kind: Kind, points: NDArray[np.float64]) -> NDArray[np.float
     """
     reference = kind.reference[: kind.vertices]
     jacobian = np.einsum("qnd,mnx->mqxd", kind.gradient(reference), points)
-    edges = reference[kind.neighbours] - reference[:, None]  # (vertex, edge, direction)
+    edges = reference[kind.neighbors] - reference[:, None]  # (vertex, edge, direction)
     along = np.einsum("mqxd,qsd->mqxs", jacobian, edges)
     length = np.linalg.norm(along, axis=2, keepdims=True)
     det = np.linalg.det(along / np.maximum(length, np.finfo(float).tiny))

@@ -118,7 +118,7 @@ class Resampled:
     def facets(self, name: str) -> list[NDArray[np.intp]]:
         """Points of the faces of a surface, (f, n), in groups of equally many nodes.
 
-        Vertices come first, counter-clockwise seen from outside, then edges, then the centre.
+        Vertices come first, counter-clockwise seen from outside, then edges, then the center.
         """
         groups: dict[int, list[NDArray[np.intp]]] = {}
         start = 0

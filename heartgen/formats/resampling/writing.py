@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from heartgen.errors import MeshError
-from heartgen.formats.directions import FIBRE, SHEET
+from heartgen.formats.directions import FIBER, SHEET
 from heartgen.formats.files import Written
 from heartgen.formats.resampling.data import Data, sample
 from heartgen.formats.resampling.fidelity import fidelity, surface_distance
@@ -30,7 +30,7 @@ class CellFormat:
     usual : Resampling
         What a mesh is resampled to unless something else is asked for.
     only_directions : bool
-        Of all fields, it has a place only for the directions of fibres and sheets.
+        Of all fields, it has a place only for the directions of fibers and sheets.
     only_surfaces : bool
         It holds the triangles of linear tetrahedra on the surfaces, and nothing inside.
     """
@@ -54,7 +54,7 @@ class CellFormat:
         cells = resample(mesh, chosen)
         notes = [_triangles(mesh, cells) if self.only_surfaces else str(fidelity(mesh, cells))]
         written = self.write(cells, path, sample(cells, fields))
-        lost = [f.name for f in fields if self.only_directions and f.name not in (FIBRE, SHEET)]
+        lost = [f.name for f in fields if self.only_directions and f.name not in (FIBER, SHEET)]
         if lost:
             notes.append(f"{path.name} has no place for the fields {', '.join(lost)}")
         return replace(written, notes=(*notes, *written.notes))

@@ -1,4 +1,4 @@
-"""What a mesh can be coloured by. A new quantity is one more entry of `COLOURINGS`."""
+"""What a mesh can be colored by. A new quantity is one more entry of `COLORINGS`."""
 
 from __future__ import annotations
 
@@ -13,38 +13,38 @@ from matplotlib.colors import to_hex, to_rgb
 from numpy.typing import NDArray
 
 from heartgen.fields import make_fields
-from heartgen.fields.catalogue import AHA
+from heartgen.fields.catalog import AHA
 from heartgen.fields.segments import NO_SEGMENT
 from heartgen.mesh import HexMesh, MeshField
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.viewing.card import SURFACE_NAMES
-from heartgen.viewing.fields import LOOKS, segment_colour
-from heartgen.viewing.scene import MESH, REGION_COLOURS, Scale, colour_scale
+from heartgen.viewing.fields import LOOKS, segment_color
+from heartgen.viewing.scene import MESH, REGION_COLORS, Scale, color_scale
 from heartgen.viewing.surfaces import on_surface, to_mask
 
 if TYPE_CHECKING:
     from heartgen.pipeline import Personalization
 
 Array = NDArray[np.float64]
-Colours = NDArray[np.uint8]
+Colors = NDArray[np.uint8]
 
 STOPS = 12
-"""Colours of a key between which a browser interpolates; the maps are smooth."""
+"""Colors of a key between which a browser interpolates; the maps are smooth."""
 
 NICE_LIMITS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
-"""Ends of the error's colour scale, mm."""
+"""Ends of the error's color scale, mm."""
 
 ROOM = 2.0
 """End of the error's scale over the 95th percentile of the result's, at least."""
 
 
 FIELD_RANGE = (1.0, 99.0)
-"""Percentiles of a field at the ends of its colour scale, where it has no ends of its own."""
+"""Percentiles of a field at the ends of its color scale, where it has no ends of its own."""
 
 
 @dataclass(frozen=True)
 class Patch:
-    """A surface to be coloured.
+    """A surface to be colored.
 
     Attributes
     ----------
@@ -91,30 +91,30 @@ class Patch:
 
 @dataclass(frozen=True)
 class Painted:
-    """Colours of a surface, and their key.
+    """Colors of a surface, and their key.
 
     Attributes
     ----------
     rgb : (n, 3) uint8
         Of the points.
     inside : callable
-        Colours (m, 3) of the wall where it is cut open: of elements (m,) or, with a `field`,
+        Colors (m, 3) of the wall where it is cut open: of elements (m,) or, with a `field`,
         of its values (m,).
     title : str
     field : MeshField or None
-        That colours the wall where it is cut open, if colours vary within the elements.
+        That colors the wall where it is cut open, if colors vary within the elements.
     scale : Scale or None
         Of a quantity.
     stops : tuple of str
-        Colours of the scale from its low to its high end.
+        Colors of the scale from its low to its high end.
     more : bool
-        Values beyond the end of the scale have its last colour.
+        Values beyond the end of the scale have its last color.
     names : tuple of (str, str)
-        Colour and name of each class, where there are classes.
+        Color and name of each class, where there are classes.
     """
 
-    rgb: Colours
-    inside: Callable[[NDArray[Any]], Colours]
+    rgb: Colors
+    inside: Callable[[NDArray[Any]], Colors]
     title: str
     field: MeshField | None = None
     scale: Scale | None = None
@@ -124,14 +124,14 @@ class Painted:
 
 
 @dataclass(frozen=True)
-class Colouring:
-    """A quantity to colour by.
+class Coloring:
+    """A quantity to color by.
 
     Attributes
     ----------
     title, explanation : str
     paint : callable
-        Colours of a patch; the second argument is the end of the error's scale, if one was chosen.
+        Colors of a patch; the second argument is the end of the error's scale, if one was chosen.
     """
 
     title: str
@@ -146,12 +146,12 @@ def nice_limit(p95: float) -> float:
 
 def _by_error(patch: Patch, limit: float | None) -> Painted:
     limit = limit or nice_limit(patch.result.report.accuracy.p95)
-    scale = colour_scale("error", limit)
+    scale = color_scale("error", limit)
     return replace(_scaled(patch.error, _plain, scale), more=True)
 
 
 def _by_quality(patch: Patch, limit: float | None) -> Painted:
-    scale = colour_scale("quality")
+    scale = color_scale("quality")
     faces = patch.mesh.topology.external
     return _scaled(
         patch.of_faces(patch.quality[faces[:, 0]]),
@@ -162,76 +162,74 @@ def _by_quality(patch: Patch, limit: float | None) -> Painted:
 
 def _by_region(patch: Patch, limit: float | None) -> Painted:
     surfaces = list(patch.mesh.topology.surfaces)
-    colours = np.array([_rgb(REGION_COLOURS[name]) for name in surfaces], dtype=np.uint8)
+    colors = np.array([_rgb(REGION_COLORS[name]) for name in surfaces], dtype=np.uint8)
     return Painted(
-        rgb=colours[patch.of_faces(patch.region)],
+        rgb=colors[patch.of_faces(patch.region)],
         inside=_plain,
         title="surface",
-        names=tuple((REGION_COLOURS[name], SURFACE_NAMES[name]) for name in surfaces),
+        names=tuple((REGION_COLORS[name], SURFACE_NAMES[name]) for name in surfaces),
     )
 
 
 def _by_segment(patch: Patch, _: float | None) -> Painted:
     segment = patch.field("aha", AHA).values[:, 0].astype(int)
-    there = {number: segment_colour(int(number)) for number in np.unique(segment)}
-    colours = np.zeros((max(there) + 1, 3), dtype=np.uint8)
-    for number, colour in there.items():
-        colours[number] = _rgb(colour)
+    there = {number: segment_color(int(number)) for number in np.unique(segment)}
+    colors = np.zeros((max(there) + 1, 3), dtype=np.uint8)
+    for number, color in there.items():
+        colors[number] = _rgb(color)
     return Painted(
-        rgb=colours[patch.of_faces(segment[patch.mesh.topology.external[:, 0]])],
-        inside=lambda elements: colours[segment[elements]],
+        rgb=colors[patch.of_faces(segment[patch.mesh.topology.external[:, 0]])],
+        inside=lambda elements: colors[segment[elements]],
         title="AHA segment",
         names=tuple((c, "none" if n == NO_SEGMENT else str(n)) for n, c in there.items()),
     )
 
 
 def _by_field(key: str) -> Callable[[Patch, float | None], Painted]:
-    """Colour by one of the fields that `heartgen.viewing.plot_field` knows."""
+    """Color by one of the fields that `heartgen.viewing.plot_field` knows."""
 
     def paint(patch: Patch, _: float | None) -> Painted:
         look = LOOKS[key]
         field = patch.field(look.of, look.field)
         low, high = look.limits or np.round(np.percentile(field.values, FIELD_RANGE))
-        scale = Scale(look.title, cast("Any", look.colours), (float(low), float(high)))
+        scale = Scale(look.title, cast("Any", look.colors), (float(low), float(high)))
         values = patch.of_field(field)
         return replace(_scaled(values, lambda v: _mapped(v, scale), scale), field=field)
 
     return paint
 
 
-COLOURINGS = {
-    "error": Colouring("Error", "Distance from the mesh to the mask, mm", _by_error),
-    "quality": Colouring("Quality Q", "Jacobian ratio of each element, 1 is best", _by_quality),
-    "region": Colouring("Surface", "Endocardium, epicardium, base", _by_region),
-    "segment": Colouring("AHA segment", "The 17 segments of the left ventricle", _by_segment),
-    "transmural": Colouring(
-        "Transmural", "Depth in the wall: cut it open", _by_field("transmural")
-    ),
-    "longitudinal": Colouring("Longitudinal", "From apex to base", _by_field("longitudinal")),
-    "thickness": Colouring("Wall thickness", "Across the wall, mm", _by_field("thickness")),
+COLORINGS = {
+    "error": Coloring("Error", "Distance from the mesh to the mask, mm", _by_error),
+    "quality": Coloring("Quality Q", "Jacobian ratio of each element, 1 is best", _by_quality),
+    "region": Coloring("Surface", "Endocardium, epicardium, base", _by_region),
+    "segment": Coloring("AHA segment", "The 17 segments of the left ventricle", _by_segment),
+    "transmural": Coloring("Transmural", "Depth in the wall: cut it open", _by_field("transmural")),
+    "longitudinal": Coloring("Longitudinal", "From apex to base", _by_field("longitudinal")),
+    "thickness": Coloring("Wall thickness", "Across the wall, mm", _by_field("thickness")),
 }
 
 
-def _scaled(values: Array, inside: Callable[[NDArray[Any]], Colours], scale: Scale) -> Painted:
-    """Colours of values on a scale."""
-    colours = matplotlib.colormaps[scale.colours]
-    stops = tuple(to_hex(colours(i / (STOPS - 1))) for i in range(STOPS))
+def _scaled(values: Array, inside: Callable[[NDArray[Any]], Colors], scale: Scale) -> Painted:
+    """Colors of values on a scale."""
+    colors = matplotlib.colormaps[scale.colors]
+    stops = tuple(to_hex(colors(i / (STOPS - 1))) for i in range(STOPS))
     return Painted(_mapped(values, scale), inside, scale.title, scale=scale, stops=stops)
 
 
-def _mapped(values: Array, scale: Scale) -> Colours:
-    """Colours (n, 3) of values (n,) on a scale."""
+def _mapped(values: Array, scale: Scale) -> Colors:
+    """Colors (n, 3) of values (n,) on a scale."""
     low, high = scale.limits
     share = np.clip((values - low) / (high - low), 0, 1)
-    rgba = matplotlib.colormaps[scale.colours](share, bytes=True)
+    rgba = matplotlib.colormaps[scale.colors](share, bytes=True)
     return np.asarray(rgba[:, :3], dtype=np.uint8)
 
 
-def _plain(elements: NDArray[np.intp]) -> Colours:
-    """The colour of the mesh for every element."""
+def _plain(elements: NDArray[np.intp]) -> Colors:
+    """The color of the mesh for every element."""
     return np.tile(_rgb(MESH), (len(elements), 1))
 
 
-def _rgb(colour: str) -> Colours:
-    """A colour as bytes (3,)."""
-    return np.round(255 * np.array(to_rgb(colour))).astype(np.uint8)
+def _rgb(color: str) -> Colors:
+    """A color as bytes (3,)."""
+    return np.round(255 * np.array(to_rgb(color))).astype(np.uint8)

@@ -1,4 +1,4 @@
-"""Pictures of fibres: glyphs on sheets in the wall, coloured by the helix angle."""
+"""Pictures of fibers: glyphs on sheets in the wall, colored by the helix angle."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from heartgen.fields import FibreRule, fibre_frames, heart_axes
-from heartgen.fields.fibres import helix_angle
+from heartgen.fields import FiberRule, fiber_frames, heart_axes
+from heartgen.fields.fibers import helix_angle
 from heartgen.fields.lines import lines
 from heartgen.fields.wall import wall_of
 from heartgen.mesh import HexMesh, MeshField
@@ -21,31 +21,31 @@ from heartgen.viewing.surfaces import INWARD, SUBDIVISION, poly_data
 Array = NDArray[np.float64]
 
 PLACES = 12
-"""Places on an element's edge at which a fibre may stand."""
+"""Places on an element's edge at which a fiber may stand."""
 
 SPACING = 0.04
-"""Of the fibres, over the size of the mesh."""
+"""Of the fibers, over the size of the mesh."""
 
 LENGTH, RADIUS = 0.05, 0.0035
-"""Of a fibre, over the size of the mesh."""
+"""Of a fiber, over the size of the mesh."""
 
 DEPTHS = {"endocardium": 0.0, "mid-wall": 0.5, "epicardium": 1.0}
-"""Depths across the wall at which fibres are drawn."""
+"""Depths across the wall at which fibers are drawn."""
 
 
-def plot_fibres(
+def plot_fibers(
     mesh: HexMesh,
-    rule: FibreRule | None = None,
+    rule: FiberRule | None = None,
     *,
     screenshot: str | Path | None = None,
     window_size: tuple[int, int] = (1500, 560),
 ) -> pv.Plotter:
-    """Show the fibres on endocardium, mid-wall and epicardium, side by side.
+    """Show the fibers on endocardium, mid-wall and epicardium, side by side.
 
     Parameters
     ----------
     mesh : HexMesh
-    rule : FibreRule, optional
+    rule : FiberRule, optional
     screenshot : path, optional
         Write a picture there (PNG); otherwise the scene is made, to be shown or changed further.
     window_size : (int, int)
@@ -64,23 +64,23 @@ def plot_fibres(
     for column, name in enumerate(DEPTHS):
         plotter.subplot(0, column)
         plotter.add_text(name, position=(0.05, 0.92), font_size=11, color=DARK, viewport=True)
-        add_fibres(plotter, mesh, name, rule, key=column == 1)
+        add_fibers(plotter, mesh, name, rule, key=column == 1)
         look_at(plotter, mesh, frame_of(heart_axes(mesh)))
     return finished(plotter, screenshot)
 
 
-def add_fibres(
-    plotter: Any, mesh: HexMesh, depth: str, rule: FibreRule | None = None, key: bool = True
+def add_fibers(
+    plotter: Any, mesh: HexMesh, depth: str, rule: FiberRule | None = None, key: bool = True
 ) -> None:
-    """Fibres as glyphs on a sheet in the wall, at one of `DEPTHS`, coloured by the helix angle."""
-    rule = rule or FibreRule()
+    """Fibers as glyphs on a sheet in the wall, at one of `DEPTHS`, colored by the helix angle."""
+    rule = rule or FiberRule()
     helix = MeshField("helix", helix_angle(wall_of(mesh), rule)[..., None])
-    fibre = MeshField("fibre", fibre_frames(mesh, rule)[..., 0])
+    fiber = MeshField("fiber", fiber_frames(mesh, rule)[..., 0])
     limit = float(np.abs(helix.values).max())
     bar: Any = {"title": "helix angle (degrees)\n", "color": DARK, **SCALAR_BAR, "fmt": "%.0f"}
     plotter.add_mesh(_sheet(mesh, DEPTHS[depth]), color=MESH, **SURFACE_LOOK)
     plotter.add_mesh(
-        _glyphs(mesh, DEPTHS[depth], fibre, helix),
+        _glyphs(mesh, DEPTHS[depth], fiber, helix),
         scalars="helix",
         cmap="viridis",
         clim=(-limit, limit),
@@ -131,11 +131,11 @@ def _sheet(mesh: HexMesh, depth: float) -> pv.PolyData:
     return poly_data(points.reshape(-1, 3), quads, normals.reshape(-1, 3))
 
 
-def _glyphs(mesh: HexMesh, depth: float, fibre: MeshField, helix: MeshField) -> pv.PolyData:
-    """Short tubes along the fibres at a depth, on the outer side of its sheet."""
+def _glyphs(mesh: HexMesh, depth: float, fiber: MeshField, helix: MeshField) -> pv.PolyData:
+    """Short tubes along the fibers at a depth, on the outer side of its sheet."""
     t = (np.arange(PLACES) + 0.5) / PLACES
     v, u = np.meshgrid(t, t, indexing="ij")
-    values = _on_sheet(mesh, depth, np.stack([u.ravel(), v.ravel()], -1), fibre, helix)
+    values = _on_sheet(mesh, depth, np.stack([u.ravel(), v.ravel()], -1), fiber, helix)
     size = float(np.ptp(values[0].reshape(-1, 3), axis=0).max())
     kept = _evenly(values[1], values[2], SPACING * size)
     places, one, two, direction, angle = (a[kept] for a in values)

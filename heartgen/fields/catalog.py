@@ -9,22 +9,22 @@ import numpy as np
 from heartgen.errors import InputError
 from heartgen.fields.axes import HeartAxes, heart_axes
 from heartgen.fields.coordinates import circumferential, longitudinal
-from heartgen.fields.euler import fibre_angles
-from heartgen.fields.fibres import FibreRule, fibre_frames
+from heartgen.fields.euler import fiber_angles
+from heartgen.fields.fibers import FiberRule, fiber_frames
 from heartgen.fields.segments import segments_of_elements
 from heartgen.fields.shape import curvatures, wall_thickness
 from heartgen.fields.wall import wall_of
 from heartgen.mesh.field import MeshField
 from heartgen.mesh.hexmesh import HexMesh
 
-FIBRE, SHEET, SHEET_NORMAL = "fibre", "sheet", "sheet normal"
+FIBER, SHEET, SHEET_NORMAL = "fiber", "sheet", "sheet normal"
 """Names of the fields of directions."""
 
-DIRECTIONS = "fibres"
+DIRECTIONS = "fibers"
 """By which these three are asked for."""
 
-FIBRE_ANGLES = "fibre angles"
-"""Name of the field of angles from which cmGui, zinc and OpenCMISS make fibres."""
+FIBER_ANGLES = "fiber angles"
+"""Name of the field of angles from which cmGui, zinc and OpenCMISS make fibers."""
 
 AHA = "aha segment"
 """Name of the field of segments."""
@@ -34,7 +34,7 @@ def make_fields(
     mesh: HexMesh,
     names: Iterable[str] | None = None,
     *,
-    rule: FibreRule | None = None,
+    rule: FiberRule | None = None,
     septum: Sequence[float] | None = None,
 ) -> tuple[MeshField, ...]:
     """Make fields on a mesh.
@@ -44,8 +44,8 @@ def make_fields(
     mesh : HexMesh
     names : iterable of str, optional
         Of `FIELDS`; all if omitted.
-    rule : FibreRule, optional
-        Angles of the fibres.
+    rule : FiberRule, optional
+        Angles of the fibers.
     septum : (3,) float, optional
         Direction from the left ventricle to the septum, world (LPS), see `heart_axes`.
 
@@ -63,7 +63,7 @@ def make_fields(
     chosen = check_names(FIELDS if names is None else names)
     if not chosen:
         return ()
-    axes, rule = heart_axes(mesh, septum), rule or FibreRule()
+    axes, rule = heart_axes(mesh, septum), rule or FiberRule()
     return tuple(field for name in chosen for field in FIELDS[name](mesh, axes, rule))
 
 
@@ -76,7 +76,7 @@ def check_names(names: Iterable[str]) -> tuple[str, ...]:
     return chosen
 
 
-def _coordinates(mesh: HexMesh, axes: HeartAxes, _: FibreRule) -> list[MeshField]:
+def _coordinates(mesh: HexMesh, axes: HeartAxes, _: FiberRule) -> list[MeshField]:
     wall = wall_of(mesh)
     coordinates = [
         MeshField("transmural", wall.depth[..., None]),
@@ -88,37 +88,37 @@ def _coordinates(mesh: HexMesh, axes: HeartAxes, _: FibreRule) -> list[MeshField
     return coordinates
 
 
-def _segments(mesh: HexMesh, axes: HeartAxes, _: FibreRule) -> list[MeshField]:
+def _segments(mesh: HexMesh, axes: HeartAxes, _: FiberRule) -> list[MeshField]:
     return [MeshField(AHA, segments_of_elements(mesh, axes)[:, None].astype(float))]
 
 
-def _fibres(mesh: HexMesh, _: HeartAxes, rule: FibreRule) -> list[MeshField]:
-    frames = np.moveaxis(fibre_frames(mesh, rule), -1, 0)
-    names = (FIBRE, SHEET, SHEET_NORMAL)
+def _fibers(mesh: HexMesh, _: HeartAxes, rule: FiberRule) -> list[MeshField]:
+    frames = np.moveaxis(fiber_frames(mesh, rule), -1, 0)
+    names = (FIBER, SHEET, SHEET_NORMAL)
     return [MeshField(name, frame) for name, frame in zip(names, frames, strict=True)]
 
 
-def _angles(mesh: HexMesh, _: HeartAxes, rule: FibreRule) -> list[MeshField]:
-    return [MeshField(FIBRE_ANGLES, fibre_angles(mesh, fibre_frames(mesh, rule)))]
+def _angles(mesh: HexMesh, _: HeartAxes, rule: FiberRule) -> list[MeshField]:
+    return [MeshField(FIBER_ANGLES, fiber_angles(mesh, fiber_frames(mesh, rule)))]
 
 
-def _thickness(mesh: HexMesh, _: HeartAxes, __: FibreRule) -> list[MeshField]:
+def _thickness(mesh: HexMesh, _: HeartAxes, __: FiberRule) -> list[MeshField]:
     return [MeshField("wall thickness", wall_thickness(mesh)[..., None])]
 
 
-def _curvature(mesh: HexMesh, _: HeartAxes, __: FibreRule) -> list[MeshField]:
+def _curvature(mesh: HexMesh, _: HeartAxes, __: FiberRule) -> list[MeshField]:
     return [MeshField("curvature", curvatures(mesh))]
 
 
-FIELDS: dict[str, Callable[[HexMesh, HeartAxes, FibreRule], list[MeshField]]] = {
+FIELDS: dict[str, Callable[[HexMesh, HeartAxes, FiberRule], list[MeshField]]] = {
     "coordinates": _coordinates,
     "aha": _segments,
-    DIRECTIONS: _fibres,
+    DIRECTIONS: _fibers,
     "angles": _angles,
     "thickness": _thickness,
     "curvature": _curvature,
 }
 """What can be asked for, and its maker: transmural, longitudinal and circumferential coordinate
-and, with two of them, the ventricle (0 left and septum, 1 right); AHA segment; fibre, sheet and
+and, with two of them, the ventricle (0 left and septum, 1 right); AHA segment; fiber, sheet and
 sheet-normal direction; angles of these from the local coordinates, rad; wall thickness, mm;
 circumferential and longitudinal curvature, 1/mm."""

@@ -1,4 +1,4 @@
-"""Rule-based fibres: their direction turns from endo- to epicardium by a rule of the depth.
+"""Rule-based fibers: their direction turns from endo- to epicardium by a rule of the depth.
 
 The frame of the wall comes from the local coordinates directly; no equation is solved. In the left
 ventricle the helix angle, from the circumferential towards the longitudinal direction, is linear in
@@ -35,7 +35,7 @@ WORDS = {
 
 
 @dataclass(frozen=True)
-class FibreRule:
+class FiberRule:
     """Angles at endo- and epicardium, degrees; between these they are linear in the depth.
 
     Attributes
@@ -49,9 +49,9 @@ class FibreRule:
         the circumferential direction of the one ventricle is opposite to that of the other. The
         default is that of Piersanti et al. (2021, doi:10.1016/j.cma.2020.113468).
     transverse : (float, float)
-        Of the fibre out of the sheet of equal depth, towards the epicardium.
+        Of the fiber out of the sheet of equal depth, towards the epicardium.
     sheet : (float, float)
-        Of the sheet direction about the fibre, from the transmural direction.
+        Of the sheet direction about the fiber, from the transmural direction.
     """
 
     helix: Pair = (60.0, -60.0)
@@ -70,18 +70,18 @@ class FibreRule:
                 )
 
 
-def rule_from_text(text: str) -> FibreRule:
+def rule_from_text(text: str) -> FiberRule:
     """Read a rule such as ``helix=60/-60,right=90/-25,transverse=0/0,sheet=-65/25``.
 
     Parameters
     ----------
     text : str
         Any of these; angles at endo- and epicardium, degrees. The others are those of
-        ``FibreRule()``.
+        ``FiberRule()``.
 
     Returns
     -------
-    FibreRule
+    FiberRule
 
     Raises
     ------
@@ -96,33 +96,33 @@ def rule_from_text(text: str) -> FibreRule:
             angles[WORDS[name]] = endo, epi
         except (KeyError, ValueError):
             raise InputError(
-                f"fibre angles {part.strip()!r} cannot be read: give {', '.join(WORDS)}, each with "
+                f"fiber angles {part.strip()!r} cannot be read: give {', '.join(WORDS)}, each with "
                 "its angles at endo- and epicardium, for example helix=60/-60,right=90/-25"
             ) from None
-    return FibreRule(**angles)
+    return FiberRule(**angles)
 
 
-def fibre_frames(mesh: HexMesh, rule: FibreRule | None = None) -> Array:
-    """Fibre, sheet and sheet-normal directions on the lattice of each element.
+def fiber_frames(mesh: HexMesh, rule: FiberRule | None = None) -> Array:
+    """Fiber, sheet and sheet-normal directions on the lattice of each element.
 
     Parameters
     ----------
     mesh : HexMesh
-    rule : FibreRule, optional
-        ``FibreRule()`` if omitted.
+    rule : FiberRule, optional
+        ``FiberRule()`` if omitted.
 
     Returns
     -------
     (e, 64, 3, 3) float64
-        Columns: along the fibre, in its sheet across it, normal to the sheet; orthonormal,
+        Columns: along the fiber, in its sheet across it, normal to the sheet; orthonormal,
         right-handed. Continuous but for the pole, where the circumferential directions meet.
     """
-    rule = rule or FibreRule()
+    rule = rule or FiberRule()
     wall = wall_of(mesh)
     return np.asarray(wall_frames(mesh) @ _rotation(rule, wall))
 
 
-def helix_angle(wall: Wall, rule: FibreRule) -> Array:
+def helix_angle(wall: Wall, rule: FiberRule) -> Array:
     """Helix angle (e, 64), degrees, on the lattice of each element."""
     left = _linear(rule.helix, wall.depth)
     septal = _linear((rule.helix[0], -rule.right_helix[0]), wall.depth)
@@ -131,18 +131,18 @@ def helix_angle(wall: Wall, rule: FibreRule) -> Array:
     return np.asarray((1 - wall.right) * left + wall.right * other)
 
 
-def _rotation(rule: FibreRule, wall: Wall) -> Array:
-    """Fibre frame in the frame of the wall, (e, 64, 3, 3): columns fibre, sheet, sheet-normal."""
+def _rotation(rule: FiberRule, wall: Wall) -> Array:
+    """Fiber frame in the frame of the wall, (e, 64, 3, 3): columns fiber, sheet, sheet-normal."""
     helix = np.radians(helix_angle(wall, rule))
     transverse = np.radians(_linear(rule.transverse, wall.depth))
     about = np.radians(_linear(rule.sheet, wall.depth))
     zero = np.zeros_like(helix)
     cos, sin = np.cos(transverse), np.sin(transverse)
-    fibre = np.stack([cos * np.cos(helix), cos * np.sin(helix), sin], -1)
+    fiber = np.stack([cos * np.cos(helix), cos * np.sin(helix), sin], -1)
     outward = np.stack([-sin * np.cos(helix), -sin * np.sin(helix), cos], -1)
     aside = np.stack([-np.sin(helix), np.cos(helix), zero], -1)
     sheet = np.cos(about)[..., None] * outward + np.sin(about)[..., None] * aside
-    return np.stack([fibre, sheet, np.cross(fibre, sheet)], -1)
+    return np.stack([fiber, sheet, np.cross(fiber, sheet)], -1)
 
 
 def _linear(ends: Pair, depth: Array) -> Array:
