@@ -77,7 +77,7 @@ def fit(job: Row) -> list[Row]:
             "apical": quality.apical_row,
             "scaled": quality.scaled_mean,
             "scaled_min": quality.scaled_min,
-            "template": result.report.unrefined_quality,
+            "template": result.report.unoptimized_quality,
             "valid": quality.valid,
             "success": result.report.success,
         }
@@ -91,7 +91,7 @@ def summary(rows: list[Row]) -> str:
     """Tables of the results."""
     heads = (
         *("apex", "hearts", "elements", "error median", "worst", "Q median", "worst"),
-        *("apical Q", "scaled", "worst", "before refinement", "valid", "success"),
+        *("apical Q", "scaled", "worst", "before optimization", "valid", "success"),
     )
     lines = []
     for apex in KINDS:

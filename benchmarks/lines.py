@@ -1,11 +1,11 @@
-"""Looks at the lines of meshes: surfaces before and after the refinement, and long-axis sections.
+"""Looks at the lines of meshes: surfaces before and after the optimization, and long-axis sections.
 
 usage: python -m benchmarks.lines MASK... [--lod 3] [--elements 1x12x6] [--set NAME=VALUE,...]
                                   [-o OUT]
 
 For each mask OUT/NAME.png: epicardium and endocardium with the mesh's lines, before and after the
-refinement, and four sections along the long axis, of the refined mesh and of the smoothed mask. A
-notch, a shoulder at the apical row or waves at the rim of the base, which no figure may tell, are
+optimization, and four sections along the long axis, of the optimized mesh and of the smoothed mask.
+A notch, a shoulder at the apical row or waves at the rim of the base, which no figure may tell, are
 seen there. ``ideal`` and ``lifelike`` stand for the phantoms at 2 mm, ``biv`` for that of both.
 """
 

@@ -25,7 +25,7 @@ from heartgen.assessment import QUALITY_THRESHOLD
 from heartgen.errors import HeartgenError
 
 PIPELINES = {"paper": False, "heartgen": True}
-"""Names of the pipelines, and whether they refine."""
+"""Names of the pipelines, and whether they optimize."""
 
 LOOKS = {"paper": ("#D55E00", "s"), "heartgen": ("#0072B2", "o")}
 """Colors that every kind of color vision tells apart (Okabe & Ito), and markers."""
@@ -73,7 +73,7 @@ def main() -> None:
 def fit(job: Row) -> list[Row]:
     """One mask through one pipeline, at all levels."""
     path, levels = Path(job["mask"]), [int(k) for k in job["levels"].split(",")]
-    choices = {"refine": PIPELINES[job["pipeline"]], "elements": elements_of(job["elements"])}
+    choices = {"optimize": PIPELINES[job["pipeline"]], "elements": elements_of(job["elements"])}
     common = {"case": case_of(path), "set": path.parent.name, "pipeline": job["pipeline"]}
     try:
         results = heartgen.personalize_levels(heartgen.read_mask(path), levels, **choices)

@@ -2,7 +2,7 @@
 
 usage: python -m benchmarks.truth [PHANTOM...] [--levels 1 2 3] [--voxel 2.0]
 
-A row for each phantom, level of detail, and mesh without and with refinement: the angle between
+A row for each phantom, level of detail, and mesh without and with optimization: the angle between
 fibers and between normals (mean, 95th percentile, most), the share of the wall in the true AHA
 segment, all of it and away from the segments' borders, and the error of the longitudinal and the
 transmural coordinate. Nothing here is taken from a mesh of the phantom: truth comes from the closed
@@ -278,17 +278,17 @@ def main() -> None:
     parser.add_argument("--voxel", type=float, default=2.0)
     a = parser.parse_args()
     print(
-        "| phantom | LoD | refined | fibers: mean, 95 %, max (deg) | normals: mean, 95 % (deg) "
+        "| phantom | LoD | optimized | fibers: mean, 95 %, max (deg) | normals: mean, 95 % (deg) "
         "| AHA, away from borders | longitudinal: mean, 95 % | transmural: mean, 95 % |"
     )
     print("|---|---|---|---|---|---|---|---|")
     for name in a.phantoms:
         sample = PHANTOMS[name](a.voxel)
         for lod in a.levels:
-            for refine in (False, True):
-                mesh = heartgen.personalize(sample.mask, lod=lod, refine=refine).mesh
+            for optimize in (False, True):
+                mesh = heartgen.personalize(sample.mask, lod=lod, optimize=optimize).mesh
                 print(
-                    f"| {name} | {lod} | {refine} | {row(compare(mesh, sample.truth))} |",
+                    f"| {name} | {lod} | {optimize} | {row(compare(mesh, sample.truth))} |",
                     flush=True,
                 )
 

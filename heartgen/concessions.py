@@ -41,7 +41,7 @@ def fitted_less(elements: int) -> tuple[Finding, ...]:
         return ()
     fitted = "1 element was" if elements == 1 else f"{elements} elements were"
     message = f"{fitted} fitted less closely to keep all of them valid"
-    return (Finding("refinement", message),)
+    return (Finding("optimization", message),)
 
 
 def poorer(quality: float, least: float) -> tuple[Finding, ...]:
@@ -63,4 +63,4 @@ def poorer(quality: float, least: float) -> tuple[Finding, ...]:
         f"the poorest element has a quality of {quality:.3f}, not {least:g} as asked for: let "
         "quality weigh more, relax the interior, or choose a lower level of detail"
     )
-    return (Finding("refinement", message),)
+    return (Finding("optimization", message),)

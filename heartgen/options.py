@@ -15,7 +15,7 @@ STEPS = (
     "registration",
     "warping",
     "enhancement",
-    "refinement",
+    "optimization",
     "assessment",
 )
 """Steps of the pipeline, in order."""
@@ -36,9 +36,9 @@ QUALITY_LIMITS = (0.01, 100.0)
 HOLE_SHARE = 0.25
 """Radius of an apical hole over that of the cavity, if it is not given."""
 
-REFINED_PASSES, REFINED_PASSES_OF_ONE = 2, 3
-"""Registration passes before a refinement, which leaves nothing for finer ones to find; and of a
-left ventricle alone, whose registration is so close that a refinement could lose against it."""
+OPTIMIZED_PASSES, OPTIMIZED_PASSES_OF_ONE = 2, 3
+"""Registration passes before an optimization, which leaves nothing for finer ones to find; and of a
+left ventricle alone, whose registration is so close that an optimization could lose against it."""
 
 
 @dataclass(frozen=True)
@@ -54,13 +54,13 @@ class Options:
         2x12x8 for both.
     ventricles : {"auto", "lv", "biv"}
         What the mask shows: found out, a left ventricle alone, or both.
-    refine : bool
-        Refine the mesh after the paper's four steps.
+    optimize : bool
+        Optimize the mesh after the paper's four steps.
     quality : float
-        Weight of element quality against accuracy in the refinement, relative to the level's own.
+        Weight of element quality against accuracy in the optimization, relative to the level's own.
     least_quality : float
         Jacobian ratio that every element should reach: those below it weigh more and more in the
-        refinement, as long as that helps; the report says where it does not.
+        optimization, as long as that helps; the report says where it does not.
     truncate : float or {"auto", "off"}
         Truncation below the rim, mm; ``"auto"`` where valve anatomy is present.
     base : {"rim", "plane"}
@@ -71,8 +71,8 @@ class Options:
     depth : {"graded", "linear"}
         Parametrization across the wall: graded for even elements, or proportional.
     interior : {"straight", "relaxed"}
-        What lies between the surfaces of a refined mesh: straight lines across the wall, or lines
-        that bend for better elements.
+        What lies between the surfaces of an optimized mesh: straight lines across the wall, or
+        lines that bend for better elements.
     basis : {"hermite", "lagrange"}
         Cubic basis of the result: values and derivatives at the nodes, smooth between elements, or
         values on a lattice in each element. The geometry is the same.
@@ -95,7 +95,7 @@ class Options:
     lod: int = 1
     elements: tuple[int, int, int] | None = None
     ventricles: Literal["auto", "lv", "biv"] = "auto"
-    refine: bool = True
+    optimize: bool = True
     quality: float = 1.0
     least_quality: float = 0.0
     truncate: float | Literal["auto", "off"] = "auto"
@@ -134,10 +134,10 @@ class Options:
                 f"a Jacobian ratio of {self.least_quality} cannot be asked of every element: "
                 "choose 0, for none, or a number below 1, for example 0.3"
             )
-        if self.least_quality and not self.refine:
+        if self.least_quality and not self.optimize:
             raise InputError(
-                "poor elements can only be bettered where the mesh is refined: allow the "
-                "refinement, or ask for no least quality"
+                "poor elements can only be bettered where the mesh is optimized: allow the "
+                "optimization, or ask for no least quality"
             )
         if isinstance(self.truncate, str) and self.truncate not in ("auto", "off"):
             raise InputError(
@@ -151,9 +151,9 @@ class Options:
             raise InputError(f"depth {self.depth!r} is not known: choose graded or linear")
         if self.interior not in ("straight", "relaxed"):
             raise InputError(f"interior {self.interior!r} is not known: choose straight or relaxed")
-        if self.interior == "relaxed" and not self.refine:
+        if self.interior == "relaxed" and not self.optimize:
             raise InputError(
-                "an interior can only be relaxed where the mesh is refined: allow the refinement, "
+                "an interior can only be relaxed where the mesh is optimized: allow the optimization, "
                 "or keep the interior straight"
             )
         if self.basis not in ("hermite", "lagrange"):
@@ -196,7 +196,11 @@ class Options:
 
     def passes(self, lod: int, alone: bool) -> int:
         """Registration passes at a level; `alone`: of a left ventricle that is seen whole."""
-        return min(lod, REFINED_PASSES_OF_ONE if alone else REFINED_PASSES) if self.refine else lod
+        return (
+            min(lod, OPTIMIZED_PASSES_OF_ONE if alone else OPTIMIZED_PASSES)
+            if self.optimize
+            else lod
+        )
 
 
 def usual_elements(both: bool) -> tuple[int, int, int]:

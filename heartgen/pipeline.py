@@ -1,4 +1,4 @@
-"""`personalize`: from mask to mesh in four steps (paper, figure 1), and a refinement."""
+"""`personalize`: from mask to mesh in four steps (paper, figure 1), and an optimization."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ from heartgen.mesh import HexMesh, MeshField
 from heartgen.mesh.hermite import RIM
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.validity import certify
+from heartgen.optimization import fit_target, misfit, optimize, relax, settings_for
 from heartgen.options import HOLE_SHARE, Options, usual_elements
-from heartgen.refinement import fit_target, misfit, refine, relax, settings_for
 from heartgen.registration import Deformation, register
 from heartgen.report import REPORT, Report, mask_sha256, measured, slices_of
 from heartgen.templates import biventricular_template, lv_template
@@ -62,7 +62,7 @@ class Personalization:
     warped : HexMesh
         The mesh before enhancement.
     enhanced : HexMesh
-        The mesh before refinement.
+        The mesh before optimization.
     mesh : HexMesh
         The result; mm, world (LPS).
     report : Report
@@ -275,15 +275,15 @@ class _Start:
 
 
 def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
-    """Warp, enhance, refine and assess at one level of detail."""
+    """Warp, enhance, optimize and assess at one level of detail."""
     anatomy, deformations = start.anatomy, start.deformations[: options.lod]
     options = replace(options, elements=options.elements or usual_elements(anatomy.rv is not None))
     with clock.step("warping"):
         level, warped = _deepest_valid(start.template, deformations, options)
     with clock.step("enhancement"):
         enhanced = _straightened(warped, options)
-    with clock.step("refinement") as done:
-        mesh, regularized = _refined(enhanced, anatomy, options, done)
+    with clock.step("optimization") as done:
+        mesh, regularized = _optimized(enhanced, anatomy, options, done)
     if options.basis == "lagrange":
         mesh = mesh.to_lagrange()
     with clock.step("assessment"):
@@ -299,7 +299,7 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
         quality = assess_quality(mesh)
         coverage = assess_coverage(mesh, start.mask, anatomy)
         fairness = assess_fairness(mesh, anatomy)
-        unrefined = assess_fairness(enhanced)
+        unoptimized = assess_fairness(enhanced)
     report = Report(
         name=start.mask.name,
         mask_sha256=mask_sha256(start.mask),
@@ -308,8 +308,8 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
         quality=quality,
         fairness=fairness,
         unenhanced_quality=float(jacobian_ratio(warped).mean()),
-        unrefined_quality=float(jacobian_ratio(enhanced).mean()),
-        unrefined_fairness=unrefined,
+        unoptimized_quality=float(jacobian_ratio(enhanced).mean()),
+        unoptimized_fairness=unoptimized,
         measurements=measured(anatomy, mesh),
         indices=clinical_indices(mesh, options.septum),
         coverage=coverage,
@@ -361,11 +361,11 @@ def _deepest_valid(
 ) -> tuple[int, HexMesh]:
     """Warped mesh of the highest level that is proven valid, and that level.
 
-    If the mesh is refined afterwards, folds are no reason to fall back: they are unfolded there.
+    If the mesh is optimized afterwards, folds are no reason to fall back: they are unfolded there.
     """
     for level in range(len(deformations), 0, -1):
         warped = warp(template, deformations[level - 1])
-        if options.refine or certify(_straightened(warped, options)).all_valid:
+        if options.optimize or certify(_straightened(warped, options)).all_valid:
             return level, warped
     return len(deformations), warp(template, deformations[-1])
 
@@ -380,11 +380,11 @@ def _alone(anatomy: Anatomy) -> bool:
     return anatomy.rv is None and anatomy.slices is None
 
 
-def _refined(
+def _optimized(
     mesh: HexMesh, anatomy: Anatomy, options: Options, done: Callable[[float], None]
 ) -> tuple[HexMesh, int]:
-    """Refined mesh, and how many elements were regularized to be valid."""
-    if not options.refine:
+    """Optimized mesh, and how many elements were regularized to be valid."""
+    if not options.optimize:
         return mesh, 0
     settings = settings_for(
         options.lod,
@@ -398,8 +398,8 @@ def _refined(
     # Who turns the dial up asks for quality; and a stack shows little of the surface.
     bounded = options.quality <= 1 and anatomy.slices is None
     allowed = misfit(mesh, target) if bounded else np.inf
-    refined = refine(mesh, target, settings, allowed, options.least_quality, done)
-    mesh = refined.mesh
-    if options.interior == "relaxed" and refined.valid:
+    optimized = optimize(mesh, target, settings, allowed, options.least_quality, done)
+    mesh = optimized.mesh
+    if options.interior == "relaxed" and optimized.valid:
         mesh = relax(mesh, options.least_quality, done)
-    return mesh, int(refined.regularized.sum())
+    return mesh, int(optimized.regularized.sum())

@@ -116,10 +116,10 @@ class Report:
     fairness : Fairness
     unenhanced_quality : float
         Mean Jacobian ratio before the enhancement step.
-    unrefined_quality : float
-        Mean Jacobian ratio before the refinement step.
-    unrefined_fairness : Fairness
-        Of the lines before the refinement step.
+    unoptimized_quality : float
+        Mean Jacobian ratio before the optimization step.
+    unoptimized_fairness : Fairness
+        Of the lines before the optimization step.
     measurements : Measurements
     indices : Indices
         Clinical indices of the mesh.
@@ -148,8 +148,8 @@ class Report:
     quality: Quality
     fairness: Fairness
     unenhanced_quality: float
-    unrefined_quality: float
-    unrefined_fairness: Fairness
+    unoptimized_quality: float
+    unoptimized_fairness: Fairness
     measurements: Measurements
     indices: Indices
     coverage: Coverage
@@ -213,7 +213,7 @@ class Report:
             *_as_given(a),
             f"  quality  mean {q.mean:.3f}  min {q.min:.3f}  scaled Jacobian {q.scaled_mean:.3f}"
             f"  (threshold {QUALITY_THRESHOLD})",
-            _wriggle(self.fairness, self.unrefined_fairness),
+            _wriggle(self.fairness, self.unoptimized_fairness),
             "  validity " + (PROVEN if q.valid else q.faults),
             f"  coverage {self.coverage.wall:.1%} of the wall, {self.coverage.contour:.1%} of the "
             "outline",
@@ -334,7 +334,7 @@ def _wriggle(f: Fairness, before: Fairness) -> str:
     normals = "" if f.normal_mean is None else f"  normals {f.normal_mean:.1f}"
     return (
         f"  fairness wriggle around {f.circumferential_median:.0f}  "
-        f"along {f.longitudinal_median:.0f}{normals} degrees  (before refinement "
+        f"along {f.longitudinal_median:.0f}{normals} degrees  (before optimization "
         f"{before.circumferential_median:.0f} and {before.longitudinal_median:.0f})"
     )
 

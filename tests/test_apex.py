@@ -75,7 +75,7 @@ def test_both_ventricles_with_every_apex(both: dict[str, Personalization]) -> No
 
 def test_the_paper_s_four_steps_with_every_apex(mask: Mask, anatomy: Anatomy) -> None:
     for apex in ("hole", "patch"):
-        report = heartgen.personalize(mask, apex=apex, refine=False, anatomy=anatomy).report
+        report = heartgen.personalize(mask, apex=apex, optimize=False, anatomy=anatomy).report
         assert report.quality.valid
         assert report.success
 

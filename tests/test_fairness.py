@@ -250,10 +250,10 @@ def test_normals_against_an_interpolated_surface_are_not_told(anatomy: Anatomy) 
     assert assess_fairness(lv_template(anatomy, SHAPE), stack).normal_mean is None
 
 
-def test_report_tells_fairness_before_and_after_the_refinement(both: Personalization) -> None:
+def test_report_tells_fairness_before_and_after_the_optimization(both: Personalization) -> None:
     report = both.report
     assert report.fairness == assess_fairness(both.mesh, both.anatomy)
-    assert report.unrefined_fairness == assess_fairness(both.enhanced)
+    assert report.unoptimized_fairness == assess_fairness(both.enhanced)
     again = json.loads(report.to_json())
     assert again["fairness"] == asdict(report.fairness)
     assert f"along {report.fairness.longitudinal_median:.0f}" in str(report)

@@ -19,9 +19,9 @@ from heartgen.images import Mask
 from heartgen.mesh.bases import deviation
 from heartgen.mesh.jacobian import volume
 from heartgen.mesh.surfaces import sample_faces
-from heartgen.options import REFINED_PASSES, REFINED_PASSES_OF_ONE, STEPS
+from heartgen.optimization import FitSettings, fit_target, misfit, settings_for
+from heartgen.options import OPTIMIZED_PASSES, OPTIMIZED_PASSES_OF_ONE, STEPS
 from heartgen.pipeline import Personalization
-from heartgen.refinement import FitSettings, fit_target, misfit, settings_for
 from heartgen.warping import warp
 
 COARSE = 2.0
@@ -172,17 +172,17 @@ def test_two_runs_agree_bit_for_bit(lifelike: samples.Sample, fitted: Personaliz
 
 
 def test_a_level_is_the_state_after_that_many_passes(lifelike: samples.Sample) -> None:
-    three = heartgen.personalize(lifelike.mask, lod=3, refine=False)
-    two = heartgen.personalize(lifelike.mask, lod=2, refine=False)
+    three = heartgen.personalize(lifelike.mask, lod=3, optimize=False)
+    two = heartgen.personalize(lifelike.mask, lod=2, optimize=False)
     assert len(three.deformations) == 3
     mesh = enhance(warp(three.template, three.deformations[1]))
     assert np.array_equal(mesh.dofs, two.mesh.dofs)
 
 
-def test_before_a_refinement_registration_stops_early(lifelike: samples.Sample) -> None:
+def test_before_a_optimization_registration_stops_early(lifelike: samples.Sample) -> None:
     five = heartgen.personalize(lifelike.mask, lod=5)
-    assert len(five.deformations) == REFINED_PASSES_OF_ONE
-    assert five.options.passes(5, alone=False) == REFINED_PASSES
+    assert len(five.deformations) == OPTIMIZED_PASSES_OF_ONE
+    assert five.options.passes(5, alone=False) == OPTIMIZED_PASSES
     assert not any(f.check == "level of detail" for f in five.report.findings)
 
 
@@ -194,15 +194,15 @@ def test_several_levels_at_once_give_the_same_meshes(lifelike: samples.Sample) -
         assert result.options == alone.options
 
 
-def test_without_refinement_the_mesh_is_the_enhanced_one(lifelike: samples.Sample) -> None:
-    result = heartgen.personalize(lifelike.mask, refine=False)
+def test_without_optimization_the_mesh_is_the_enhanced_one(lifelike: samples.Sample) -> None:
+    result = heartgen.personalize(lifelike.mask, optimize=False)
     assert result.mesh is result.enhanced
     assert result.report.success
 
 
-def test_refinement_gains_quality_and_keeps_or_gains_accuracy(lifelike: samples.Sample) -> None:
+def test_optimization_gains_quality_and_keeps_or_gains_accuracy(lifelike: samples.Sample) -> None:
     for lod in (1, 3):
-        paper = heartgen.personalize(lifelike.mask, lod=lod, refine=False).report
+        paper = heartgen.personalize(lifelike.mask, lod=lod, optimize=False).report
         ours = heartgen.personalize(lifelike.mask, lod=lod).report
         assert ours.accuracy.mean < 1.02 * paper.accuracy.mean
         assert ours.quality.mean > paper.quality.mean - 0.005

@@ -82,7 +82,7 @@ class Choices(HasTraits):
         Below the basal plane, mm, if truncation is by a distance.
     quality : float
         Weight of quality against accuracy.
-    enhance, refine : bool
+    enhance, optimize : bool
     topology, insertion, interior, basis : str
     """
 
@@ -96,7 +96,7 @@ class Choices(HasTraits):
     distance = CFloat(5.0, min=0.0, max=40.0)
     quality = CFloat(1.0, min=0.1, max=10.0)
     enhance = Bool(True)
-    refine = Bool(True)
+    optimize = Bool(True)
     topology = Unicode(TOPOLOGIES[0].key)
     insertion = Unicode(INSERTIONS[0].key)
     interior = Unicode(INTERIORS[0].key)
@@ -110,13 +110,13 @@ class Choices(HasTraits):
             lod=int(self.lod),
             elements=None if self.default_elements else elements,
             ventricles=cast("Any", self.ventricles),
-            refine=bool(self.refine),
+            optimize=bool(self.optimize),
             quality=float(self.quality),
             truncate=cast("Any", truncate),
             enhance=bool(self.enhance),
             apex=cast("Any", self.topology),
             insertion=cast("Any", self.insertion),
-            interior=cast("Any", self.interior if self.refine else INTERIORS[0].key),
+            interior=cast("Any", self.interior if self.optimize else INTERIORS[0].key),
             basis=cast("Any", self.basis),
         )
 

@@ -100,7 +100,7 @@ class View:
         End of the error's color scale, mm; None for one that suits the result.
     """
 
-    stage: str = "refined"
+    stage: str = "optimized"
     color: str = "error"
     mask: str = "misfit"
     lines: str = "edges"

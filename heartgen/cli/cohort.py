@@ -46,7 +46,7 @@ Settings = Annotated[
         "--set",
         metavar="NAME=VALUE",
         show_default=False,
-        help="Any other option of a fit, such as quality=2 or refine=no; may be repeated.",
+        help="Any other option of a fit, such as quality=2 or optimize=no; may be repeated.",
     ),
 ]
 Jobs = Annotated[

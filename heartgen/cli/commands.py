@@ -167,9 +167,9 @@ def fit(
     no_enhance: Annotated[
         bool, typer.Option("--no-enhance", help="Leave out the step that straightens elements.")
     ] = False,
-    no_refine: Annotated[
+    no_optimize: Annotated[
         bool,
-        typer.Option("--no-refine", help="Stop after the four steps of Lamata et al. (2014)."),
+        typer.Option("--no-optimize", help="Stop after the four steps of Lamata et al. (2014)."),
     ] = False,
     overwrite: Overwrite = False,
     debug: Debug = False,
@@ -191,7 +191,7 @@ def fit(
             truncate=_truncation(truncate),
             base=cast("Any", base),
             enhance=not no_enhance,
-            refine=not no_refine,
+            optimize=not no_optimize,
             quality=quality,
             least_quality=least_quality,
             depth=cast("Any", depth),

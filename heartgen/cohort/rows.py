@@ -31,7 +31,7 @@ PARTS = {
     "accuracy": "error",
     "quality": "q",
     "fairness": "fair",
-    "unrefined_fairness": "fair_unrefined",
+    "unoptimized_fairness": "fair_unoptimized",
     "measurements": "size",
     "versions": "version",
 }
@@ -43,7 +43,7 @@ RENAMED = {
     "q_invalid_elements": "invalid_elements",
     "q_overlapping_elements": "overlapping_elements",
     "unenhanced_quality": "q_unenhanced",
-    "unrefined_quality": "q_unrefined",
+    "unoptimized_quality": "q_unoptimized",
 }
 """Columns with a name of their own."""
 

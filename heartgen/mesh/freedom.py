@@ -44,7 +44,7 @@ class Freedom:
         if topology.straightening is None:
             raise MeshError(
                 f"a mesh in the {topology.basis} basis that was converted or read from a file "
-                "cannot be refined: refine it before"
+                "cannot be optimized: optimize it before"
             )
         size = topology.extraction.shape[1]
         straightening = sp.csc_array(sp.eye_array(size) if bent else topology.straightening)

@@ -105,14 +105,14 @@ def sections(report: Report) -> tuple[Section, ...]:
                 ("at 2, 3 Gauss points", ", ".join(f"{q.by_gauss[n]:.3f}" for n in "23")),
                 ("Jacobian ratio, least", f"{q.min:.3f}"),
                 ("mean before enhancement", f"{report.unenhanced_quality:.3f}"),
-                ("mean before refinement", f"{report.unrefined_quality:.3f}"),
+                ("mean before optimization", f"{report.unoptimized_quality:.3f}"),
                 ("scaled Jacobian, mean", f"{q.scaled_mean:.3f}"),
                 ("scaled Jacobian, least", f"{q.scaled_min:.3f}"),
                 (f"elements below {QUALITY_THRESHOLD}", f"{q.below_threshold:.0%}"),
                 ("validity", "proven" if q.valid else q.faults),
             ),
         ),
-        _lines(report.fairness, report.unrefined_fairness),
+        _lines(report.fairness, report.unoptimized_fairness),
         Section(
             "Left ventricle",
             (
@@ -143,10 +143,10 @@ def _lines(f: Fairness, before: Fairness) -> Section:
     rows = [
         ("wriggle around, median", degrees(f.circumferential_median)),
         ("wriggle around, worst", degrees(f.circumferential_max)),
-        ("median before refinement", degrees(before.circumferential_median)),
+        ("median before optimization", degrees(before.circumferential_median)),
         ("wriggle along, median", degrees(f.longitudinal_median)),
         ("wriggle along, worst", degrees(f.longitudinal_max)),
-        ("median before refinement", degrees(before.longitudinal_median)),
+        ("median before optimization", degrees(before.longitudinal_median)),
     ]
     if f.normal_mean is not None and f.normal_p95 is not None:
         rows += [

@@ -70,15 +70,15 @@ STAGES = (
     ),
     Stage("warped", "Warped", "The cubic mesh that follows the deformation", lambda r: r.warped),
     Stage("enhanced", "Enhanced", "Straight across the wall", lambda r: r.enhanced),
-    Stage("refined", "Refined", "The result", lambda r: r.mesh),
+    Stage("optimized", "Optimized", "The result", lambda r: r.mesh),
 )
 
 
 def stages_of(result: Personalization) -> tuple[Stage, ...]:
     """Stages that a result went through."""
     skipped = set()
-    if not result.options.refine:
-        skipped.add("refined")
+    if not result.options.optimize:
+        skipped.add("optimized")
     if not result.options.enhance:
         skipped.add("enhanced")
     return tuple(stage for stage in STAGES if stage.key not in skipped)

@@ -39,9 +39,9 @@ def test_stages_approach_the_mask(finished):
     anatomy = finished.anatomy
     template = mesh_scene(finished.shown, replace(VIEW, stage="template")).mesh
     registered = mesh_scene(finished.shown, replace(VIEW, stage="registered")).mesh
-    refined = mesh_scene(finished.shown, VIEW).mesh
+    optimized = mesh_scene(finished.shown, VIEW).mesh
     errors = []
-    for mesh in (template, registered, refined):
+    for mesh in (template, registered, optimized):
         world = anatomy.to_world(np.asarray(mesh.points, dtype=float))
         errors.append(np.abs(anatomy.myocardium.sample(world)[0]).mean())
     assert errors[1] < errors[0]
@@ -102,7 +102,7 @@ def test_mask_can_be_hidden_and_edges_too(finished):
 def test_mask_shows_more_where_the_template_misses_it(finished):
     opacity = [
         np.asarray(mesh_scene(finished.shown, replace(VIEW, stage=s)).mask["rgba"])[:, 3].mean()
-        for s in ("template", "refined")
+        for s in ("template", "optimized")
     ]
     assert opacity[0] > opacity[1]
 

@@ -202,7 +202,7 @@ def test_stage_and_cut_change_the_view(ran):
     cut = wait_for_other(ran, before)
     ran.get_by_role("button", name="Template").click()
     wait_for_other(ran, cut)
-    ran.get_by_role("button", name="Refined").click()
+    ran.get_by_role("button", name="Optimized").click()
     choose(ran, "Cut", "No cut")
     choose(ran, "Color by", "Error")
 

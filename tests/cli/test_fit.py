@@ -55,7 +55,7 @@ def test_options_arrive(run, mask_file, tmp_path):
     outcome = run(
         "fit", mask_file, "-o", tmp_path, "--lod", 2, "--elements", "2x10x5",
         "--truncate", "7.5", "--depth", "linear", "--basis", "lagrange",
-        "--no-enhance", "--no-refine", "--quality", 2.0, "--ventricles", "lv",
+        "--no-enhance", "--no-optimize", "--quality", 2.0, "--ventricles", "lv",
         "--septum", "-1,0,0.5", "--base", "plane", "--apex", "hole", "--hole-radius", 6.0,
         "--shifts", "off",
         "--insertion", "squared",
@@ -67,7 +67,7 @@ def test_options_arrive(run, mask_file, tmp_path):
         "elements": [2, 10, 5],
         "truncate": 7.5,
         "enhance": False,
-        "refine": False,
+        "optimize": False,
         "quality": 2.0,
         "least_quality": 0.0,
         "ventricles": "lv",

@@ -8,7 +8,7 @@ import pytest
 
 from heartgen import samples
 
-QUICK = ("--elements", "1x4x2", "--no-refine", "--fields", "none")
+QUICK = ("--elements", "1x4x2", "--no-optimize", "--fields", "none")
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from heartgen.cohort.job import Job
 from heartgen.errors import HeartgenError, InputError
 from heartgen.options import Options
 
-QUICK = Options(elements=(1, 4, 2), refine=False)
+QUICK = Options(elements=(1, 4, 2), optimize=False)
 
 REASONS = {
     "linalg": "heartgen itself failed (LinAlgError: SVD did not converge)",

@@ -19,7 +19,7 @@ STAGES = (
     ("Registered", "registered"),
     ("Warped", "warped"),
     ("Enhanced", "enhanced"),
-    ("Refined", "refined"),
+    ("Optimized", "optimized"),
 )
 """As in `heartgen.apps.scene`, which waits for VTK; a test compares. So do the next ones."""
 
@@ -59,8 +59,8 @@ class LookPanel:
         self._ask = 0
         self.stage = row(
             "Stage",
-            widgets.ToggleButtons(options=STAGES, value="refined"),
-            "The mesh on its way: template, registered, warped, enhanced, refined",
+            widgets.ToggleButtons(options=STAGES, value="optimized"),
+            "The mesh on its way: template, registered, warped, enhanced, optimized",
         )
         self.stage.tooltips = [f"Show the mesh: {title.lower()}" for title, _ in STAGES]
         self.color = choose(COLORS, "error", "Color by", "What the colors of the mesh show")

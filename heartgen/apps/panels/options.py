@@ -86,11 +86,11 @@ class OptionsPanel:
                 continuous_update=False,
                 readout_format=".2g",
             ),
-            "Weight of element quality against accuracy in the refinement; 1 is the level's own",
+            "Weight of element quality against accuracy in the optimization; 1 is the level's own",
         )
-        self.refine = row(
-            "Refine beyond the paper",
-            widgets.Checkbox(c.refine, indent=False),
+        self.optimize = row(
+            "Optimize beyond the paper",
+            widgets.Checkbox(c.optimize, indent=False),
             "Without it, heartgen stops after the paper's four steps",
         )
         self.enhance = row(
@@ -111,7 +111,7 @@ class OptionsPanel:
             "truncation": self.truncation,
             "distance": self.distance,
             "quality": self.quality,
-            "refine": self.refine,
+            "optimize": self.optimize,
             "enhance": self.enhance,
         }.items():
             link((c, name), (control, "value"))
@@ -127,7 +127,7 @@ class OptionsPanel:
                     self.distance,
                     self.quality,
                     self.enhance,
-                    self.refine,
+                    self.optimize,
                     self.apex,
                     self.insertion,
                     self.interior,
@@ -175,7 +175,7 @@ class OptionsPanel:
         self.numbers_box.layout.display = "none" if c.default_elements else ""
         self.distance.layout.display = "" if c.truncation == "distance" else "none"
         for control in (self.quality, self.insertion, self.interior):
-            control.disabled = not c.refine
+            control.disabled = not c.optimize
         try:
             expected = seconds(self.session.expected_seconds())
             count = n_elements(c.options(), self.session.both)

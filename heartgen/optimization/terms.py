@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.refinement.assembly import Blocks
+from heartgen.optimization.assembly import Blocks
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from heartgen.mesh.freedom import FaceFreedom
-from heartgen.refinement.settings import RIDGE
+from heartgen.optimization.settings import RIDGE
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""A patient and a mesh that is small enough to be refined in a moment."""
+"""A patient and a mesh that is small enough to be optimized in a moment."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 from heartgen.anatomy import Anatomy
 from heartgen.mesh import HexMesh
-from heartgen.refinement import FitSettings, FitTarget, settings_for
-from heartgen.refinement.energy import Energy
+from heartgen.optimization import FitSettings, FitTarget, settings_for
+from heartgen.optimization.energy import Energy
 from heartgen.templates import biventricular_template, lv_template
 
 
 @dataclass(frozen=True)
 class Heart:
-    """A patient and an unrefined mesh."""
+    """A patient and an unoptimized mesh."""
 
     anatomy: Anatomy
     target: FitTarget

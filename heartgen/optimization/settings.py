@@ -1,4 +1,4 @@
-"""All numbers of the refinement: the weights of its terms, and what its numerics need.
+"""All numbers of the optimization: the weights of its terms, and what its numerics need.
 
 Where a number comes from is said with it: a *law* of geometry or numerics, a *study* in
 ``benchmarks/`` (sensitivity, convergence, ablation), or the *cohort* of those studies, on which

@@ -1,11 +1,11 @@
-"""The banded system of the refinement is the dense one."""
+"""The banded system of the optimization is the dense one."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from heartgen.refinement.assembly import Assembler, Blocks
+from heartgen.optimization.assembly import Assembler, Blocks
 
 
 def _chain(n: int, per_block: int, rng: np.random.Generator) -> Blocks:

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from heartgen.mesh.validity import certify
-from heartgen.refinement.assembly import Blocks
-from heartgen.refinement.distances import MeshToPatient, PatientToMesh
-from heartgen.refinement.lines import SurfaceLines
-from heartgen.refinement.quality import EvenJacobians, RightAngles
-from heartgen.refinement.terms import Term
-from tests.refinement.hearts import Heart
+from heartgen.optimization.assembly import Blocks
+from heartgen.optimization.distances import MeshToPatient, PatientToMesh
+from heartgen.optimization.lines import SurfaceLines
+from heartgen.optimization.quality import EvenJacobians, RightAngles
+from heartgen.optimization.terms import Term
+from tests.optimization.hearts import Heart
 
 STEP = 1e-5
 """Of the difference quotients, mm."""

@@ -1,6 +1,6 @@
 """The lines of the mesh on its surfaces: as straight as an expert would draw them.
 
-Let x be the surface, u its displacement from the unrefined mesh, n the normal, t_1 and t_2 the
+Let x be the surface, u its displacement from the unoptimized mesh, n the normal, t_1 and t_2 the
 directions of the lines along xi1 (circumferential) and xi2 (longitudinal), b_i = n x t_i the
 direction across a line, s_i the root mean square length of a face along xi_i, and v_t the part of v
 in the tangent plane. Per face, as means over it:
@@ -11,12 +11,12 @@ in the tangent plane. Per face, as means over it:
 
 ``b . x_22 / |x_2|^2`` is the geodesic curvature of a longitudinal line, which is zero for the
 meridians of an ellipsoid. Parallels have one of their own: a circumferential line keeps that of the
-unrefined mesh. A mesh could else trade the course of its lines for even Jacobians, and no figure of
-error or quality would tell. Movement *along* a line is free: rows may be spaced as the elements
+unoptimized mesh. A mesh could else trade the course of its lines for even Jacobians, and no figure
+of error or quality would tell. Movement *along* a line is free: rows may be spaced as the elements
 like. It is the total displacement that counts, for bends of single steps would add up. E_smooth
-lets the surface between data follow the unrefined one and not the elements; E_place keeps material
-points where the anatomy has them: most may move a
-little, and few far, as at the corners of the right ventricle.
+lets the surface between data follow the unoptimized one and not the elements; E_place keeps
+material points where the anatomy has them: most may move a little, and few far, as at the corners
+of the right ventricle.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ from numpy.typing import NDArray
 from heartgen.mesh.freedom import FaceFreedom
 from heartgen.mesh.quadrature import gauss_square
 from heartgen.mesh.surfaces import FACE_COEFFICIENTS, tabulate_face
-from heartgen.refinement.assembly import face_blocks
-from heartgen.refinement.settings import LINE_GAUSS
-from heartgen.refinement.terms import Model
+from heartgen.optimization.assembly import face_blocks
+from heartgen.optimization.settings import LINE_GAUSS
+from heartgen.optimization.terms import Model
 
 Array = NDArray[np.float64]
 
@@ -46,8 +46,8 @@ class SurfaceLines:
     Attributes
     ----------
     faces : FaceFreedom
-    unrefined : (f, 16, 3) float64
-        Bernstein coefficients of the faces of the unrefined mesh, mm, world (LPS).
+    unoptimized : (f, 16, 3) float64
+        Bernstein coefficients of the faces of the unoptimized mesh, mm, world (LPS).
     fair, smooth, place : (f,) float64
         Weights of each face.
     movement : float
@@ -55,7 +55,7 @@ class SurfaceLines:
     """
 
     faces: FaceFreedom
-    unrefined: Array
+    unoptimized: Array
     fair: Array
     smooth: Array
     place: Array
@@ -64,7 +64,7 @@ class SurfaceLines:
     def near(self, q: Array) -> Model:
         """Return the term near a mesh (see `Term`)."""
         absolute, relative, held = self._forms(self.faces.at(q))
-        x0 = self.unrefined.reshape(len(self.unrefined), -1, 1)
+        x0 = self.unoptimized.reshape(len(self.unoptimized), -1, 1)
 
         def residual(q: Array) -> tuple[Array, Array]:
             x = self.faces.at(q).reshape(x0.shape)
@@ -75,7 +75,7 @@ class SurfaceLines:
                 float(np.sum(v * np.matmul(form, v)))
                 for v, form in zip(residual(q), (absolute, relative), strict=True)
             )
-            moved = held.moved(self.faces.at(q) - self.unrefined)
+            moved = held.moved(self.faces.at(q) - self.unoptimized)
             return bending + float(np.sum(held.weights * (moved + moved**3 / 3)))
 
         x, u = residual(q)
@@ -103,7 +103,7 @@ class SurfaceLines:
             )
         )
         metric = tangent / self.movement**2
-        held = _Held(tabulate_face(uv), metric, self.place[:, None] * w, control - self.unrefined)
+        held = _Held(tabulate_face(uv), metric, self.place[:, None] * w, control - self.unoptimized)
         return absolute, relative, held
 
 

@@ -21,14 +21,14 @@ from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.projection import projector
 from heartgen.mesh.surfaces import face_control, sample_faces
 from heartgen.mesh.validity import certify
+from heartgen.optimization import FitSettings, fit_target, misfit, optimize, policy, relax
+from heartgen.optimization.policy import raise_ratios
+from heartgen.optimization.settings import EASED_ROUNDS, GROWTH, MOST_RAISED, RAISED_ROUNDS
 from heartgen.options import QUALITY_LIMITS
 from heartgen.pipeline import Personalization
-from heartgen.refinement import FitSettings, fit_target, misfit, policy, refine, relax
-from heartgen.refinement.policy import raise_ratios
-from heartgen.refinement.settings import EASED_ROUNDS, GROWTH, MOST_RAISED, RAISED_ROUNDS
 from heartgen.warping import GAUSS, warp
-from tests.refinement.conftest import COARSE
-from tests.refinement.hearts import Heart
+from tests.optimization.conftest import COARSE
+from tests.optimization.hearts import Heart
 
 ELEMENTS = (2, 12, 8)
 
@@ -92,24 +92,24 @@ def error(mesh: HexMesh, heart: Heart) -> float:
 
 
 def test_error_and_quality_both_improve(left: Heart) -> None:
-    refined = refine(left.mesh, left.target, left.settings())
-    assert refined.valid
-    assert not refined.regularized.any()
-    assert error(refined.mesh, left) < 0.5 * error(left.mesh, left)
-    assert assess_quality(refined.mesh).valid
-    np.testing.assert_array_equal(enhance(refined.mesh).dofs, refined.mesh.dofs)
+    optimized = optimize(left.mesh, left.target, left.settings())
+    assert optimized.valid
+    assert not optimized.regularized.any()
+    assert error(optimized.mesh, left) < 0.5 * error(left.mesh, left)
+    assert assess_quality(optimized.mesh).valid
+    np.testing.assert_array_equal(enhance(optimized.mesh).dofs, optimized.mesh.dofs)
 
 
 def test_the_quality_dial_trades_accuracy_for_quality(heart: Heart) -> None:
     loose, firm = (
-        refine(heart.mesh, heart.target, heart.settings(3, dial)).mesh for dial in (0.2, 5.0)
+        optimize(heart.mesh, heart.target, heart.settings(3, dial)).mesh for dial in (0.2, 5.0)
     )
     assert error(loose, heart) < error(firm, heart)
     assert assess_quality(loose).mean < assess_quality(firm).mean
 
 
 def test_levels_trade_quality_for_accuracy(heart: Heart) -> None:
-    coarse, fine = (refine(heart.mesh, heart.target, heart.settings(k)).mesh for k in (1, 5))
+    coarse, fine = (optimize(heart.mesh, heart.target, heart.settings(k)).mesh for k in (1, 5))
     assert error(fine, heart) < error(coarse, heart)
     assert assess_quality(fine).mean < assess_quality(coarse).mean
 
@@ -120,18 +120,18 @@ def test_a_mesh_full_of_folds_unfolds_whatever_quality_weighs(both: Heart, seed:
     start = both.mesh.with_dofs(both.mesh.dofs + shake)
     assert np.mean(certify(start).valid) < 0.6
     for dial in (1.0, QUALITY_LIMITS[1]):
-        refined = refine(start, both.target, both.settings(1, dial))
-        assert refined.valid
-        assert certify(refined.mesh).all_valid
+        optimized = optimize(start, both.target, both.settings(1, dial))
+        assert optimized.valid
+        assert certify(optimized.mesh).all_valid
 
 
 def test_a_folded_element_is_unfolded(left: Heart) -> None:
     start = folded(left.mesh)
     assert not certify(start).all_valid
-    refined = refine(start, left.target, left.settings(2))
-    assert refined.valid
-    assert certify(refined.mesh).all_valid
-    assert misfit(refined.mesh, left.target) < misfit(start, left.target)
+    optimized = optimize(start, left.target, left.settings(2))
+    assert optimized.valid
+    assert certify(optimized.mesh).all_valid
+    assert misfit(optimized.mesh, left.target) < misfit(start, left.target)
 
 
 @pytest.mark.parametrize(
@@ -149,10 +149,10 @@ def test_walls_that_cross_are_taken_apart(
     before = certify(start)
     assert before.overlapping.any()
     assert before.positive.all()
-    refined = refine(start, heart.target, heart.settings())
-    assert refined.valid
-    assert certify(refined.mesh).all_valid
-    assert misfit(refined.mesh, heart.target) < 0.6 * misfit(start, heart.target)
+    optimized = optimize(start, heart.target, heart.settings())
+    assert optimized.valid
+    assert certify(optimized.mesh).all_valid
+    assert misfit(optimized.mesh, heart.target) < 0.6 * misfit(start, heart.target)
 
 
 def test_elements_that_fold_are_regularized_and_few_others(both: Heart) -> None:
@@ -165,21 +165,21 @@ def test_elements_that_fold_are_regularized_and_few_others(both: Heart) -> None:
     )
     invalid = ~certify(energy.shape(q)).valid
     assert 0 < invalid.sum() < both.mesh.n_elements
-    refined = refine(both.mesh, both.target, settings)
-    assert refined.valid
-    assert certify(refined.mesh).all_valid
-    assert np.all(refined.regularized[invalid])
-    assert not refined.regularized.all()
+    optimized = optimize(both.mesh, both.target, settings)
+    assert optimized.valid
+    assert certify(optimized.mesh).all_valid
+    assert np.all(optimized.regularized[invalid])
+    assert not optimized.regularized.all()
     # What it took to unfold costs little of what the others have gained.
-    usual = refine(both.mesh, both.target, both.settings()).mesh
-    assert misfit(refined.mesh, both.target) < misfit(usual, both.target)
+    usual = optimize(both.mesh, both.target, both.settings()).mesh
+    assert misfit(optimized.mesh, both.target) < misfit(usual, both.target)
 
 
 def test_what_does_not_become_valid_is_told(both: Heart, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(policy, "ROUNDS", 1)
-    refined = refine(both.mesh, both.target, greedy(both.settings()))
-    assert not refined.valid
-    assert np.array_equal(refined.regularized, ~certify(refined.mesh).valid)
+    optimized = optimize(both.mesh, both.target, greedy(both.settings()))
+    assert not optimized.valid
+    assert np.array_equal(optimized.regularized, ~certify(optimized.mesh).valid)
 
 
 def test_once_valid_no_step_leaves_the_valid_meshes(
@@ -203,8 +203,8 @@ def test_once_valid_no_step_leaves_the_valid_meshes(
     of_driver = policy.minimize
     monkeypatch.setattr(policy.Energy, "terms", watched)
     monkeypatch.setattr(policy, "minimize", minimize)
-    refined = refine(both.mesh, both.target, greedy(both.settings()), allowed=0.0)
-    assert refined.valid
+    optimized = optimize(both.mesh, both.target, greedy(both.settings()), allowed=0.0)
+    assert optimized.valid
     assert all(reached)
     # Weights grow round by round and go back; then all but the data weighs less and less.
     peak = int(np.flatnonzero(np.equal(weights, max(weights)))[-1])
@@ -218,13 +218,13 @@ def test_once_valid_no_step_leaves_the_valid_meshes(
 
 def test_quality_may_cost_no_more_accuracy_than_allowed(heart: Heart) -> None:
     settings = much(heart.settings())
-    free = refine(heart.mesh, heart.target, settings).mesh
+    free = optimize(heart.mesh, heart.target, settings).mesh
     allowed = 0.9 * misfit(free, heart.target)
-    kept = refine(heart.mesh, heart.target, settings, allowed)
+    kept = optimize(heart.mesh, heart.target, settings, allowed)
     assert kept.valid
     assert not kept.regularized.any()
     assert 0.7 * allowed < misfit(kept.mesh, heart.target) <= allowed
-    same = refine(heart.mesh, heart.target, settings, 1.01 * misfit(free, heart.target)).mesh
+    same = optimize(heart.mesh, heart.target, settings, 1.01 * misfit(free, heart.target)).mesh
     np.testing.assert_array_equal(same.dofs, free.dofs)
 
 
@@ -233,8 +233,8 @@ def test_material_points_keep_their_place_as_asked(left: Heart) -> None:
 
     def moved(place: float) -> float:
         settings = replace(left.settings(), place=place)
-        refined = refine(left.mesh, left.target, settings).mesh
-        motion = faces.control(refined) - faces.control(left.mesh)
+        optimized = optimize(left.mesh, left.target, settings).mesh
+        motion = faces.control(optimized) - faces.control(left.mesh)
         return float(np.linalg.norm(motion[faces.rows["lv_endo"]], axis=-1).mean())
 
     free, usual, firm = (moved(place) for place in (0.0, left.settings().place, 1e3))
@@ -242,7 +242,7 @@ def test_material_points_keep_their_place_as_asked(left: Heart) -> None:
 
 
 def test_two_runs_agree_bit_for_bit(heart: Heart) -> None:
-    one, other = (refine(heart.mesh, heart.target, heart.settings()).mesh for _ in range(2))
+    one, other = (optimize(heart.mesh, heart.target, heart.settings()).mesh for _ in range(2))
     np.testing.assert_array_equal(one.dofs, other.dofs)
 
 
@@ -254,9 +254,9 @@ def test_moves_with_the_patient(kind: str, request: pytest.FixtureRequest) -> No
     motion[:3, 3] = [30, -20, 5]
     mask = (samples.lifelike_lv if kind == "left" else samples.biv)(COARSE).mask
     elsewhere = analyze(type(mask)(mask.voxels, motion @ mask.affine, mask.name))
-    here = refine(heart.mesh, heart.target, heart.settings()).mesh.transformed(motion)
+    here = optimize(heart.mesh, heart.target, heart.settings()).mesh.transformed(motion)
     start = heart.mesh.transformed(motion)
-    there = refine(start, fit_target(elsewhere), heart.settings()).mesh
+    there = optimize(start, fit_target(elsewhere), heart.settings()).mesh
     xi = np.random.default_rng(0).uniform(size=(50, 3))
     np.testing.assert_allclose(there.evaluate(xi), here.evaluate(xi), atol=0.05)
 
@@ -267,7 +267,7 @@ def test_progress_can_cancel(heart: Heart) -> None:
             raise Cancelled
 
     with pytest.raises(Cancelled):
-        refine(heart.mesh, heart.target, heart.settings(), progress=stop)
+        optimize(heart.mesh, heart.target, heart.settings(), progress=stop)
 
 
 @pytest.fixture(scope="module")
@@ -287,9 +287,9 @@ def test_the_poorest_reaches_what_is_asked_for(usual: Personalization) -> None:
 
 
 def test_where_all_reach_it_nothing_changes(heart: Heart) -> None:
-    plain = refine(heart.mesh, heart.target, heart.settings()).mesh
+    plain = optimize(heart.mesh, heart.target, heart.settings()).mesh
     least = float(jacobian_ratio(plain).min()) - 0.01
-    same = refine(heart.mesh, heart.target, heart.settings(), least=least).mesh
+    same = optimize(heart.mesh, heart.target, heart.settings(), least=least).mesh
     np.testing.assert_array_equal(same.dofs, plain.dofs)
 
 
@@ -335,7 +335,7 @@ def test_the_best_round_is_kept(heart: Heart) -> None:
         ({"least_quality": 1.0}, "cannot be asked of every element"),
         ({"least_quality": -0.1}, "cannot be asked of every element"),
         ({"least_quality": float("nan")}, "cannot be asked of every element"),
-        ({"least_quality": 0.3, "refine": False}, "allow the refinement"),
+        ({"least_quality": 0.3, "optimize": False}, "allow the optimization"),
     ],
 )
 def test_what_cannot_be_asked_for(choices: dict[str, object], words: str) -> None:

@@ -10,11 +10,11 @@ import pytest
 from heartgen.mesh.closest import closest_points
 from heartgen.mesh.freedom import FaceFreedom, Freedom
 from heartgen.mesh.surfaces import sample_faces
-from heartgen.refinement import misfit
-from heartgen.refinement.distances import MeshToPatient, PatientToMesh
-from heartgen.refinement.settings import FACE_GAUSS
-from heartgen.refinement.target import CUTS
-from tests.refinement.hearts import Heart
+from heartgen.optimization import misfit
+from heartgen.optimization.distances import MeshToPatient, PatientToMesh
+from heartgen.optimization.settings import FACE_GAUSS
+from heartgen.optimization.target import CUTS
+from tests.optimization.hearts import Heart
 
 
 def faces_of(heart: Heart) -> tuple[FaceFreedom, np.ndarray]:

@@ -12,8 +12,8 @@ from heartgen.errors import Cancelled, InputError
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import volume
 from heartgen.mesh.surfaces import face_control
+from heartgen.optimization import relax
 from heartgen.pipeline import Personalization
-from heartgen.refinement import relax
 
 HEARTS = {"lv": samples.lifelike_lv, "biv": samples.biv}
 
@@ -45,7 +45,7 @@ def test_elements_are_better_and_proven(straight: Personalization, relaxed: HexM
     assert after.scaled_mean > before.scaled_mean - 0.02
 
 
-def test_the_pipeline_relaxes_what_it_refined() -> None:
+def test_the_pipeline_relaxes_what_it_optimized() -> None:
     mask = samples.ideal_cup(2.0).mask
     one, other = (
         heartgen.personalize(mask, elements=(1, 8, 4), interior=i) for i in ("straight", "relaxed")
@@ -63,6 +63,6 @@ def test_progress_can_cancel(straight: Personalization) -> None:
         relax(straight.mesh, progress=stop)
 
 
-def test_interior_belongs_to_the_refinement() -> None:
-    with pytest.raises(InputError, match="allow the refinement"):
-        heartgen.Options(interior="relaxed", refine=False)
+def test_interior_belongs_to_the_optimization() -> None:
+    with pytest.raises(InputError, match="allow the optimization"):
+        heartgen.Options(interior="relaxed", optimize=False)

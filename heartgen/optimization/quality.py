@@ -19,8 +19,8 @@ from heartgen.mesh.freedom import Freedom
 from heartgen.mesh.hexmesh import Topology
 from heartgen.mesh.jacobian import QUALITY_GAUSS
 from heartgen.mesh.quadrature import gauss_cube
-from heartgen.refinement.assembly import Blocks
-from heartgen.refinement.settings import (
+from heartgen.optimization.assembly import Blocks
+from heartgen.optimization.settings import (
     ANGLE_GAUSS,
     COLLOCATED,
     COLLOCATION,
@@ -28,7 +28,7 @@ from heartgen.refinement.settings import (
     LEAST_SCALED,
     SHIFT,
 )
-from heartgen.refinement.terms import Model
+from heartgen.optimization.terms import Model
 
 Array = NDArray[np.float64]
 

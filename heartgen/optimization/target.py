@@ -1,4 +1,5 @@
-"""What the mesh is refined against: the patient's images, and points of the patient's surfaces."""
+"""What the mesh is optimized against: the patient's images, and points of the patient's
+surfaces."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from heartgen.anatomy import Anatomy, Slices
 from heartgen.images.isosurface import Isosurface, isosurface
 from heartgen.images.levelset import LevelSet
-from heartgen.refinement.settings import (
+from heartgen.optimization.settings import (
     FROM_CUT,
     INTERPOLATED,
     NEAR_SLICE,

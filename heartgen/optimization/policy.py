@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.validity import certify
-from heartgen.refinement.distances import misfit
-from heartgen.refinement.energy import Energy
-from heartgen.refinement.gauss_newton import minimize
-from heartgen.refinement.settings import (
+from heartgen.optimization.distances import misfit
+from heartgen.optimization.energy import Energy
+from heartgen.optimization.gauss_newton import minimize
+from heartgen.optimization.settings import (
     AIM,
     AIMED_MISFIT,
     EASED_ROUNDS,
@@ -32,14 +32,14 @@ from heartgen.refinement.settings import (
     ROUNDS,
     FitSettings,
 )
-from heartgen.refinement.target import FitTarget
+from heartgen.optimization.target import FitTarget
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Refined:
-    """A refined mesh.
+class Optimized:
+    """An optimized mesh.
 
     Attributes
     ----------
@@ -56,14 +56,14 @@ class Refined:
     valid: bool
 
 
-def refine(
+def optimize(
     mesh: HexMesh,
     target: FitTarget,
     settings: FitSettings,
     allowed: float = np.inf,
     least: float = 0.0,
     progress: Callable[[float], None] = lambda done: None,
-) -> Refined:
+) -> Optimized:
     """Optimize a mesh for accuracy, quality and fairness, under constraints.
 
     Parameters
@@ -81,7 +81,7 @@ def refine(
 
     Returns
     -------
-    Refined
+    Optimized
     """
     energy = Energy(mesh, target, settings)
 
@@ -106,7 +106,7 @@ def refine(
         weight = np.where(invalid, number * GROWTH, 1) * weight
     regularized = weight > 1
     if not valid:
-        return Refined(fitted, regularized, valid)
+        return Optimized(fitted, regularized, valid)
     if weight.max() > GROWTH:
         weight = np.where(regularized, GROWTH, 1)
         fitted = fit(fitted, weight)
@@ -117,7 +117,7 @@ def refine(
         ease *= max(EASIEST, (AIMED_MISFIT * allowed / reached) ** EASING)
         fitted = fit(fitted, weight)
     fitted = raise_ratios(fitted, least, weight, fit)
-    return Refined(fitted, regularized, valid)
+    return Optimized(fitted, regularized, valid)
 
 
 def raise_ratios(

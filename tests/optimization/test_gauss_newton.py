@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from heartgen.errors import Cancelled
-from heartgen.refinement.assembly import Assembler, Blocks
-from heartgen.refinement.gauss_newton import minimize
-from heartgen.refinement.terms import Model
-from tests.refinement.hearts import Heart
+from heartgen.optimization.assembly import Assembler, Blocks
+from heartgen.optimization.gauss_newton import minimize
+from heartgen.optimization.terms import Model
+from tests.optimization.hearts import Heart
 
 DOFS = np.array([[0]])
 """One point, x, y, z."""

@@ -1,4 +1,4 @@
-"""Hearts, small enough to be refined in a moment."""
+"""Hearts, small enough to be optimized in a moment."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import pytest
 
 from heartgen import samples
 from heartgen.anatomy import analyze
-from heartgen.refinement import fit_target
+from heartgen.optimization import fit_target
 from heartgen.templates import biventricular_template, lv_template
-from tests.refinement.hearts import Heart
+from tests.optimization.hearts import Heart
 
 COARSE = 2.0
 """Voxel size that keeps the tests quick, mm."""

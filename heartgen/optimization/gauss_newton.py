@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.refinement.assembly import Assembler
-from heartgen.refinement.settings import CONVERGED, SHORTEST, STEPS
-from heartgen.refinement.terms import Model, Term
+from heartgen.optimization.assembly import Assembler
+from heartgen.optimization.settings import CONVERGED, SHORTEST, STEPS
+from heartgen.optimization.terms import Model, Term
 
 
 def minimize(

@@ -20,10 +20,10 @@ from heartgen.mesh.freedom import FaceFreedom
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.quadrature import gauss_square
 from heartgen.mesh.surfaces import FACE_COEFFICIENTS, tabulate_face
-from heartgen.refinement.assembly import Blocks, face_blocks
-from heartgen.refinement.settings import FACE_GAUSS, FACING, OUTLIER
-from heartgen.refinement.target import CUTS, FitTarget
-from heartgen.refinement.terms import Model
+from heartgen.optimization.assembly import Blocks, face_blocks
+from heartgen.optimization.settings import FACE_GAUSS, FACING, OUTLIER
+from heartgen.optimization.target import CUTS, FitTarget
+from heartgen.optimization.terms import Model
 
 Array = NDArray[np.float64]
 

@@ -15,11 +15,11 @@ from heartgen.mesh.freedom import Freedom
 from heartgen.mesh.hexmesh import COEFFICIENTS, HexMesh, Topology
 from heartgen.mesh.surfaces import face_coefficients
 from heartgen.mesh.validity import certify
-from heartgen.refinement.assembly import Assembler
-from heartgen.refinement.gauss_newton import minimize
-from heartgen.refinement.policy import raise_ratios
-from heartgen.refinement.quality import EvenJacobians, RightAngles
-from heartgen.refinement.settings import (
+from heartgen.optimization.assembly import Assembler
+from heartgen.optimization.gauss_newton import minimize
+from heartgen.optimization.policy import raise_ratios
+from heartgen.optimization.quality import EvenJacobians, RightAngles
+from heartgen.optimization.settings import (
     INTERIOR_BOTH,
     INTERIOR_LEFT,
     INTERIOR_STEPS,

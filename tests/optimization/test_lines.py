@@ -12,11 +12,11 @@ from scipy.spatial.transform import Rotation
 from heartgen.mesh import HexMesh
 from heartgen.mesh.freedom import FaceFreedom, Freedom
 from heartgen.mesh.surfaces import tabulate_face
-from heartgen.refinement.lines import SurfaceLines
+from heartgen.optimization.lines import SurfaceLines
 from heartgen.templates.ellipsoid import TruncatedEllipsoid
 from heartgen.templates.lv import ellipsoid_mesh
 from heartgen.warping import warp
-from tests.refinement.hearts import Heart
+from tests.optimization.hearts import Heart
 
 WIDE, HIGH = 9.0, 14.0
 """Sides of the flat face along xi1 and xi2, mm."""
@@ -32,16 +32,16 @@ FAR = 1000.0
 
 
 def lines(
-    unrefined: np.ndarray, faces: object = None, movement: float = FAR, **weights: float
+    unoptimized: np.ndarray, faces: object = None, movement: float = FAR, **weights: float
 ) -> SurfaceLines:
     """The term; a face is free in its 16 coefficients unless `faces` are given."""
-    n = len(unrefined)
+    n = len(unoptimized)
     numbers = np.arange(16 * n).reshape(n, 16)
     single = SimpleNamespace(
         dofs=numbers, extraction=np.tile(np.eye(48), (n, 1, 1)), at=lambda q: q.reshape(n, 16, 3)
     )
     of = {name: np.full(n, weights.get(name, 0.0) / n) for name in ("fair", "smooth", "place")}
-    return SurfaceLines(faces or single, unrefined, movement=movement, **of)  # type: ignore[arg-type]
+    return SurfaceLines(faces or single, unoptimized, movement=movement, **of)  # type: ignore[arg-type]
 
 
 def flat(
@@ -55,9 +55,9 @@ def flat(
     return np.linalg.solve(tabulate_face(uv), points)[None]
 
 
-def cost(x: np.ndarray, unrefined: np.ndarray, **weights: float) -> float:
-    """Term of faces (f, 16, 3) against the unrefined ones."""
-    return lines(unrefined, **weights).near(x.reshape(-1, 3)).value(x.reshape(-1, 3))
+def cost(x: np.ndarray, unoptimized: np.ndarray, **weights: float) -> float:
+    """Term of faces (f, 16, 3) against the unoptimized ones."""
+    return lines(unoptimized, **weights).near(x.reshape(-1, 3)).value(x.reshape(-1, 3))
 
 
 @pytest.mark.parametrize(
@@ -201,7 +201,7 @@ def test_templates_have_fair_lines(left: Heart) -> None:
 
 
 @pytest.mark.parametrize("weight", ["fair", "smooth", "place"])
-def test_a_motion_of_mesh_and_unrefined_mesh_changes_nothing(cup: HexMesh, weight: str) -> None:
+def test_a_motion_of_mesh_and_unoptimized_mesh_changes_nothing(cup: HexMesh, weight: str) -> None:
     moved = walls(warp(cup, lambda p: swung(slid(p)) + np.outer(wave(p), [0.2, 0.1, 0.0])))
     turn = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
     there = [x @ turn.T + [300.0, -200.0, 100.0] for x in (moved, walls(cup))]

@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from heartgen.mesh.biventricular import right_apex
 from heartgen.mesh.freedom import FaceFreedom, Freedom
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.refinement.assembly import Assembler
-from heartgen.refinement.distances import MeshToPatient, PatientToMesh
-from heartgen.refinement.lines import SurfaceLines
-from heartgen.refinement.quality import EvenJacobians, RightAngles
-from heartgen.refinement.settings import MOVEMENT, FitSettings
-from heartgen.refinement.target import CUTS, FitTarget
-from heartgen.refinement.terms import Term
+from heartgen.optimization.assembly import Assembler
+from heartgen.optimization.distances import MeshToPatient, PatientToMesh
+from heartgen.optimization.lines import SurfaceLines
+from heartgen.optimization.quality import EvenJacobians, RightAngles
+from heartgen.optimization.settings import MOVEMENT, FitSettings
+from heartgen.optimization.target import CUTS, FitTarget
+from heartgen.optimization.terms import Term
 
 
 class Energy:
@@ -31,7 +31,7 @@ class Energy:
     Parameters
     ----------
     mesh : HexMesh
-        The unrefined mesh, mm, world (LPS).
+        The unoptimized mesh, mm, world (LPS).
     target : FitTarget
     settings : FitSettings
     """
@@ -41,7 +41,7 @@ class Energy:
         faces = FaceFreedom(self.freedom, mesh.topology)
         self.assembler = Assembler([self.freedom.dofs, faces.dofs], self.freedom.n)
         self._mesh, self._target, self._settings, self._faces = mesh, target, settings, faces
-        self._unrefined = faces.at(self.degrees(mesh))
+        self._unoptimized = faces.at(self.degrees(mesh))
         self._cut = np.zeros(len(faces.faces), dtype=bool)
         for name in CUTS:
             self._cut[faces.rows.get(name, slice(0))] = True
@@ -87,7 +87,7 @@ class Energy:
             RightAngles(self.freedom, s.angles * per_element),
             SurfaceLines(
                 faces,
-                self._unrefined,
+                self._unoptimized,
                 s.fair * per_face,
                 s.smooth * per_face,
                 s.place * left * per_face,
