@@ -42,7 +42,7 @@ def main() -> None:
     for path in a.masks:
         mask = heartgen.read_mask(path)
         paper = heartgen.personalize(mask, lod=a.lod, optimize=False)
-        linear = heartgen.personalize(mask, lod=a.lod, optimize=False, depth="linear")
+        linear = heartgen.personalize(mask, lod=a.lod, optimize=False, transmural_grading=False)
         for name, mesh in meshes(paper, linear, a.lod):
             figures.setdefault(name, []).append(measured(mesh, paper.anatomy))
     print(f"{len(a.masks)} masks, level of detail {a.lod}")

@@ -31,7 +31,7 @@ from heartgen.errors import HeartgenError
 from heartgen.images import Mask
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import jacobian_ratio
-from heartgen.mesh.surfaces import sample_faces
+from heartgen.mesh.surface_faces import sample_faces
 
 PHANTOMS = {"cup": samples.ideal_cup, "lifelike": samples.lifelike_lv, "biv": samples.biv}
 

@@ -12,11 +12,11 @@ from scipy.spatial import cKDTree
 from heartgen import samples
 from heartgen.fields import HeartAxes
 from heartgen.fields.axes import RIGHT_FRONT
-from heartgen.samples.biventricle import BivShape, below_base
+from heartgen.samples.biv_shape import BivShape, below_base
+from heartgen.samples.lv_shape import LvShape
 from heartgen.samples.outline import cut_along_base
-from heartgen.samples.patch import Patch
-from heartgen.samples.shape import Shape
 from heartgen.samples.solid import shell_point
+from heartgen.samples.surface_patch import Patch
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ PROFILE = 401
 def cup_of(truth: samples.Truth) -> Cup:
     """The wall of the left ventricle of a phantom."""
     shape = truth.shape
-    if isinstance(shape, Shape):
+    if isinstance(shape, LvShape):
         toward = np.asarray(RIGHT_FRONT) @ truth.pose.rotation
         return Cup(shape.patches["endo"], shape.patches["epi"], toward, shape.basal_plane[1])
     assert isinstance(shape, BivShape)

@@ -64,7 +64,7 @@ def first(chromium: Browser, address: str, rows: list[tuple[str, str]]) -> None:
     rows.append(("URL to usable page: sample loaded, Run enabled", since(start)))
     page.wait_for_selector(READY)
     rows.append(("URL to measured heart", since(start)))
-    page.click(".hg-tab-look")
+    page.click(".hg-tab-view")
     page.wait_for_selector(".hg-frame")
     wait(lambda: colored(page) > 0.02)
     rows.append(("URL to mask in 3-D", since(start)))

@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 
 import heartgen
-from heartgen.cohort.choices import settings_from_text
+from heartgen.cohort.option_text import settings_from_text
 from heartgen.errors import HeartgenError
 from heartgen.formats import write_mesh
 

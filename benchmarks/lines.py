@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 
 import heartgen
 from heartgen import samples
-from heartgen.cohort.choices import settings_from_text
+from heartgen.cohort.option_text import settings_from_text
 from heartgen.images.isosurface import isosurface
-from heartgen.mesh.surfaces import face_control, tabulate_face
+from heartgen.mesh.surface_faces import face_control, tabulate_face
 from heartgen.options import elements_from_text
 from heartgen.pipeline import Personalization
 

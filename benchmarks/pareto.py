@@ -27,7 +27,7 @@ from heartgen.errors import HeartgenError
 PIPELINES = {"paper": False, "heartgen": True}
 """Names of the pipelines, and whether they optimize."""
 
-LOOKS = {"paper": ("#D55E00", "s"), "heartgen": ("#0072B2", "o")}
+FIELD_STYLES = {"paper": ("#D55E00", "s"), "heartgen": ("#0072B2", "o")}
 """Colors that every kind of color vision tells apart (Okabe & Ito), and markers."""
 
 ERROR_TOLERANCE = 1.02
@@ -94,7 +94,7 @@ def fit(job: Row) -> list[Row]:
             "along": r.report.fairness.longitudinal_median,
             "around": r.report.fairness.circumferential_median,
             "valid": r.report.quality.valid,
-            "fallen_back": any(f.check == "level of detail" for f in r.report.findings),
+            "lod_reduced": any(f.check == "level of detail" for f in r.report.findings),
             "seconds": sum(r.report.seconds.values()),
         }
         for lod, r in zip(levels, results, strict=True)
@@ -209,7 +209,7 @@ def draw(rows: Sequence[Row], path: Path, title: str) -> None:
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=INCHES, layout="constrained")
-    for pipeline, (color, marker) in LOOKS.items():
+    for pipeline, (color, marker) in FIELD_STYLES.items():
         middle = []
         for lod in sorted({r["lod"] for r in rows}):
             r = [x for x in rows if (x["lod"], x["pipeline"]) == (lod, pipeline)]

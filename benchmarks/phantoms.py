@@ -15,7 +15,7 @@ from heartgen import samples
 from heartgen.images.writing import write_mask
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import volume
-from heartgen.mesh.surfaces import sample_faces
+from heartgen.mesh.surface_faces import sample_faces
 
 ORIENTATIONS = 6
 SAMPLES = 5

@@ -148,7 +148,7 @@ def against(result: heartgen.Result, dense: Anatomy | None) -> Row:
 
 def choices_of(job: Row) -> Row:
     """Options of a job."""
-    from heartgen.cohort.choices import settings_from_text
+    from heartgen.cohort.option_text import settings_from_text
 
     found = settings_from_text(filter(None, job["set"].split(",")))
     choices: Row = {name: values[0] for name, values in found.items()}
@@ -172,7 +172,7 @@ def shifted(mask: Mask, seed: int) -> Any:
     for deviation in DEVIATIONS:
         stack = short_axis(mask, USUAL, shifts=breathing(slices, deviation, seed))
         for shifts in ("off", "auto"):
-            yield {"deviation": deviation, "shifts": shifts}, stack, {"shifts": shifts}
+            yield {"deviation": deviation, "shifts": shifts}, stack, {"slice_alignment": shifts}
 
 
 def spoiled(mask: Mask, seed: int) -> Any:

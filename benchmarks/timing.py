@@ -28,7 +28,7 @@ from heartgen.anatomy import Anatomy, analyze
 from heartgen.images import Mask
 from heartgen.mesh import HexMesh
 from heartgen.mesh.quadrature import gauss_cube
-from heartgen.mesh.surfaces import tessellate
+from heartgen.mesh.surface_faces import tessellate
 from heartgen.options import BIV_ELEMENTS, LV_ELEMENTS
 from heartgen.registration import register
 from heartgen.templates import biventricular_template, lv_template

@@ -28,11 +28,11 @@ from heartgen.fields.wall import wall_of
 from heartgen.mesh import HexMesh
 from heartgen.mesh.bernstein import lattice
 from heartgen.mesh.jacobian import determinants
-from heartgen.mesh.surfaces import sample_faces
-from heartgen.samples.biventricle import BivShape
+from heartgen.mesh.surface_faces import sample_faces
+from heartgen.samples.biv_shape import BivShape
 from heartgen.samples.nearest import closest, curve_distance, normal
-from heartgen.samples.patch import Patch
 from heartgen.samples.solid import distance
+from heartgen.samples.surface_patch import Patch
 
 Array = NDArray[np.float64]
 

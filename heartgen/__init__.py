@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from heartgen.renamed import FormerModules
 
 if TYPE_CHECKING:
     from heartgen import samples
@@ -15,6 +18,8 @@ if TYPE_CHECKING:
     from heartgen.pipeline import Personalization, personalize, personalize_levels
 
 __version__ = "0.1.0"
+
+sys.meta_path.append(FormerModules())
 
 __all__ = [
     "HexMesh",

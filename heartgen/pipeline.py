@@ -21,22 +21,23 @@ from heartgen.anatomy import (
 )
 from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.clock import Clock, Progress
-from heartgen.concessions import fallen_back, fitted_less, poorer
 from heartgen.coverage import assess_coverage
 from heartgen.enhancement import enhance
 from heartgen.errors import InputError, recalling
 from heartgen.fairness import assess_fairness
 from heartgen.fields import FIELDS, FiberRule, clinical_indices, make_fields
 from heartgen.fields.catalog import DIRECTIONS, check_names
+from heartgen.fit_findings import elements_regularized, lod_reduced, min_jacobian_ratio_missed
 from heartgen.formats import cells_of, fields_held, file_name, write_mesh, write_text
 from heartgen.images import Mask
 from heartgen.mesh import HexMesh, MeshField
 from heartgen.mesh.hermite import RIM
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.validity import certify
-from heartgen.optimization import fit_target, misfit, optimize, relax, settings_for
+from heartgen.optimization import curve_transmural_lines, fit_target, misfit, optimize, settings_for
 from heartgen.options import HOLE_SHARE, Options, usual_elements
 from heartgen.registration import Deformation, register
+from heartgen.renamed import new_options
 from heartgen.report import REPORT, Report, mask_sha256, measured, slices_of
 from heartgen.templates import biventricular_template, lv_template
 from heartgen.warping import warp
@@ -136,7 +137,9 @@ class Personalization:
         -------
         tuple of MeshField
         """
-        return make_fields(self.mesh, names, rule=rule, septum=self.options.septum)
+        return make_fields(
+            self.mesh, names, rule=rule, septal_direction=self.options.septal_direction
+        )
 
     def plot(self, **options: Any) -> pyvista.Plotter:
         """Show the mesh over the mask's surface; options go to `heartgen.viewing.plot`."""
@@ -180,7 +183,7 @@ def personalize(
     HeartgenError
         With one sentence that says what is wrong, where, and what to do.
     """
-    options = replace(options or Options(), **choices)
+    options = replace(options or Options(), **new_options(choices))
     levels = (options.lod,)
     return personalize_levels(mask, levels, options, progress=progress, anatomy=anatomy)[0]
 
@@ -224,7 +227,7 @@ def personalize_levels(
     # Many small systems: one thread of the linear algebra library is fastest, and its sums do not
     # depend on the number of cores.
     with threadpool_limits(1, "blas"):
-        whole = replace(options or Options(), **choices)
+        whole = replace(options or Options(), **new_options(choices))
         images = [mask] if isinstance(mask, Mask) else list(mask)
         if not images:
             raise InputError("there is no image of the heart: give a mask, and further views of it")
@@ -257,7 +260,7 @@ def _personalize(
             anatomy.frame,
             anatomy.voxel,
             anatomy.length,
-            options.passes(max(levels), _alone(anatomy)),
+            options.passes(max(levels), _is_whole_lv(anatomy)),
             done,
         )
     start = _Start(mask, anatomy, template, deformations)
@@ -311,7 +314,7 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
         unoptimized_quality=float(jacobian_ratio(enhanced).mean()),
         unoptimized_fairness=unoptimized,
         measurements=measured(anatomy, mesh),
-        indices=clinical_indices(mesh, options.septum),
+        indices=clinical_indices(mesh, options.septal_direction),
         coverage=coverage,
         voxel_diagonal=start.mask.voxel_diagonal,
         pixel_diagonal=start.mask.pixel_diagonal,
@@ -319,10 +322,10 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
         slices=slices_of(anatomy),
         findings=start.mask.findings
         + anatomy.findings
-        + fallen_back(len(deformations), level)
-        + fitted_less(regularized)
+        + lod_reduced(len(deformations), level)
+        + elements_regularized(regularized)
         + ((coverage.finding,) if coverage.finding else ())
-        + poorer(quality.min, options.least_quality),
+        + min_jacobian_ratio_missed(quality.min, options.min_jacobian_ratio),
         seconds=clock.seconds,
     )
     return Personalization(
@@ -343,7 +346,7 @@ def _template(anatomy: Anatomy, options: Options) -> HexMesh:
     make = lv_template if anatomy.rv is None else biventricular_template
     elements = options.elements or usual_elements(anatomy.rv is not None)
     hole = HOLE_SHARE * anatomy.radius if options.hole_radius is None else options.hole_radius
-    return make(anatomy, elements, options.depth == "graded", options.apex, hole)
+    return make(anatomy, elements, options.transmural_grading, options.apex, hole)
 
 
 def _cone(template: HexMesh) -> Cone:
@@ -375,7 +378,7 @@ def _straightened(warped: HexMesh, options: Options) -> HexMesh:
     return enhance(warped) if options.enhance else warped
 
 
-def _alone(anatomy: Anatomy) -> bool:
+def _is_whole_lv(anatomy: Anatomy) -> bool:
     """Whether there is one ventricle alone, and all of it was seen."""
     return anatomy.rv is None and anatomy.slices is None
 
@@ -398,8 +401,8 @@ def _optimized(
     # Who turns the dial up asks for quality; and a stack shows little of the surface.
     bounded = options.quality <= 1 and anatomy.slices is None
     allowed = misfit(mesh, target) if bounded else np.inf
-    optimized = optimize(mesh, target, settings, allowed, options.least_quality, done)
+    optimized = optimize(mesh, target, settings, allowed, options.min_jacobian_ratio, done)
     mesh = optimized.mesh
-    if options.interior == "relaxed" and optimized.valid:
-        mesh = relax(mesh, options.least_quality, done)
+    if options.transmural_lines == "curved" and optimized.valid:
+        mesh = curve_transmural_lines(mesh, options.min_jacobian_ratio, done)
     return mesh, int(optimized.regularized.sum())

@@ -22,6 +22,8 @@ from heartgen.images.mask import Finding, Mask
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import volume
 from heartgen.options import Options
+from heartgen.renamed import REPORT as FORMER
+from heartgen.renamed import has_former_attributes, new_options
 
 REPORT = "report.json"
 """Name of the file of a report, beside the mesh."""
@@ -99,6 +101,7 @@ class SliceReport:
     shift: tuple[float, float, float]
 
 
+@has_former_attributes(FORMER)
 @dataclass(frozen=True)
 class Report:
     """What was done and how good it is.
@@ -180,9 +183,9 @@ class Report:
         """
         error, ratio = self.accuracy.mean, self.quality.mean
         said = {
-            f"the mean error, {error:.2f} mm, is not below the diagonal of a {self.grain}, "
-            f"{self.pixel_diagonal:.2f} mm": not error < self.pixel_diagonal,
-            f"the mean quality, {ratio:.3f}, is not above {QUALITY_THRESHOLD}": (
+            f"error above the {self.grain} diagonal ({error:.2f}, not below "
+            f"{self.pixel_diagonal:.2f} mm)": not error < self.pixel_diagonal,
+            f"quality below the threshold ({ratio:.3f}, not above {QUALITY_THRESHOLD})": (
                 not ratio > QUALITY_THRESHOLD
             ),
             self.quality.faults: not self.quality.valid,
@@ -195,6 +198,19 @@ class Report:
         """Our rule: whether there are no `shortcomings`."""
         return not self.shortcomings
 
+    @property
+    def status(self) -> str:
+        """Whether the mesh may be used, and why: one sentence for all who say it."""
+        if not self.quality.valid:
+            return f"not valid: {self.quality.faults}"
+        if self.success:
+            return (
+                f"success: error below the {self.grain} diagonal ({self.pixel_diagonal:.2f} mm), "
+                f"quality above {QUALITY_THRESHOLD}, valid everywhere, all of the heart covered"
+            )
+        by_paper = ", a success by the paper's rule" if self.paper_success else ""
+        return "; ".join(self.shortcomings) + by_paper
+
     def to_dict(self) -> dict[str, Any]:
         """Nested dictionary of plain values."""
         return {**asdict(self), "success": self.success, "paper_success": self.paper_success}
@@ -206,7 +222,7 @@ class Report:
     def __str__(self) -> str:
         a, q = self.accuracy, self.quality
         lines = [
-            f"{self.name}: {verdict_of(self)}",
+            f"{self.name}: {self.status}",
             f"  error    mean {a.mean:.3f}  95 % {a.p95:.3f}  max {a.max:.3f} mm"
             f"  ({self.grain} diagonal {self.pixel_diagonal:.2f} mm)",
             *_raw(a),
@@ -222,14 +238,6 @@ class Report:
         return "\n".join(lines + [f"  note     {f.message}" for f in self.findings])
 
     __repr__ = __str__
-
-
-def verdict_of(report: Report) -> str:
-    """Say by which rules a mesh is a success."""
-    if report.success:
-        return "success"
-    by_paper = " (one by the paper's rule)" if report.paper_success else ""
-    return f"NOT a success{by_paper}: {'; '.join(report.shortcomings)}"
 
 
 def _raw(accuracy: Accuracy) -> list[str]:
@@ -293,7 +301,7 @@ def options_beside(mesh: Path) -> Options:
     try:
         said = json.loads(path.read_text(encoding="utf-8"))["options"].items()
         options: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in said}
-        return Options(**options)
+        return Options(**new_options(options, stored=True))
     except (OSError, ValueError, LookupError, AttributeError, TypeError) as error:
         raise InputError(
             f"{path}: This report does not say what the mesh beside it was made under: move it "

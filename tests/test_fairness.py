@@ -20,9 +20,9 @@ from heartgen.formats.assembled import assembled
 from heartgen.mesh import HexMesh
 from heartgen.mesh.bases import lagrange_extraction
 from heartgen.mesh.bernstein import lattice
-from heartgen.mesh.biventricular import Opening, biventricular_topology
+from heartgen.mesh.biventricular_topology import RvAttachment, biventricular_topology
+from heartgen.mesh.connectivity import coincident
 from heartgen.mesh.numbering import corner_nodes
-from heartgen.mesh.sharing import coincident
 from heartgen.options import Apex
 from heartgen.pipeline import Personalization
 from heartgen.templates import lv_template
@@ -188,7 +188,7 @@ def test_every_apex_has_its_lines(
 
 @pytest.mark.parametrize("apex", ["collapsed", "hole"])
 def test_both_ventricles_have_their_lines(apex: Apex) -> None:
-    shape, opening = (2, 12, 8), Opening(5, 3, 1)
+    shape, opening = (2, 12, 8), RvAttachment(5, 3, 1)
     topology = biventricular_topology(shape, opening, apex=apex)
     random = np.random.default_rng(1).standard_normal((topology.extraction.shape[1], 3))
     _, around, along = shape

@@ -18,7 +18,7 @@ from heartgen.errors import AnatomyError, Cancelled, InputError
 from heartgen.images import Mask
 from heartgen.mesh.bases import deviation
 from heartgen.mesh.jacobian import volume
-from heartgen.mesh.surfaces import sample_faces
+from heartgen.mesh.surface_faces import sample_faces
 from heartgen.optimization import FitSettings, fit_target, misfit, settings_for
 from heartgen.options import OPTIMIZED_PASSES, OPTIMIZED_PASSES_OF_ONE, STEPS
 from heartgen.pipeline import Personalization
@@ -182,7 +182,7 @@ def test_a_level_is_the_state_after_that_many_passes(lifelike: samples.Sample) -
 def test_before_a_optimization_registration_stops_early(lifelike: samples.Sample) -> None:
     five = heartgen.personalize(lifelike.mask, lod=5)
     assert len(five.deformations) == OPTIMIZED_PASSES_OF_ONE
-    assert five.options.passes(5, alone=False) == OPTIMIZED_PASSES
+    assert five.options.passes(5, whole_lv=False) == OPTIMIZED_PASSES
     assert not any(f.check == "level of detail" for f in five.report.findings)
 
 
@@ -254,7 +254,7 @@ def test_enhanced_lines_across_the_wall_are_straight(fitted: Personalization) ->
 
 
 def test_linear_depth_puts_the_middle_of_the_wall_in_the_middle(lifelike: samples.Sample) -> None:
-    result = heartgen.personalize(lifelike.mask, depth="linear")
+    result = heartgen.personalize(lifelike.mask, transmural_grading=False)
     at = np.array([[0.4, 0.5, 0.0], [0.4, 0.5, 0.5], [0.4, 0.5, 1.0]])
     endo, middle, epi = np.moveaxis(result.mesh.evaluate(at), 1, 0)
     assert np.abs(middle - (endo + epi) / 2).max() < 1e-10
@@ -307,7 +307,7 @@ def test_slices_that_are_shifted_are_moved_back_and_reported() -> None:
     for plane, move in enumerate(moves):
         voxels[:, :, plane] = np.roll(voxels[:, :, plane], move, axis=(0, 1))
     shifted = replace(mask, voxels=voxels)
-    off, auto = (heartgen.personalize(shifted, shifts=s).report for s in ("off", "auto"))
+    off, auto = (heartgen.personalize(shifted, slice_alignment=s).report for s in ("off", "auto"))
     sizes = [np.linalg.norm(s.shift) for s in auto.slices]
     assert max(sizes) > 1.5
     assert not any(any(s.shift) for s in off.slices)
@@ -352,9 +352,9 @@ def test_write_gives_three_files(fitted: Personalization, tmp_path: Path) -> Non
         ({"elements": (1, 0, 6)}, "elements"),
         ({"truncate": "maybe"}, "truncation"),
         ({"truncate": 500.0}, "truncation"),
-        ({"depth": "cubic"}, "depth"),
+        ({"transmural_lines": "bent"}, "transmural lines 'bent'"),
         ({"basis": "linear"}, "basis 'linear' is not known"),
-        ({"shifts": "on"}, "shifts 'on' are not known"),
+        ({"slice_alignment": "on"}, "slice alignment 'on' is not known"),
     ],
 )
 def test_bad_choices_get_a_sentence(

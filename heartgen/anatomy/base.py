@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from heartgen.anatomy.basal_surface import BasalSurface, fit_basal_surface
 from heartgen.anatomy.plane import Plane
-from heartgen.anatomy.sheet import Sheet, fit_sheet
 from heartgen.errors import AnatomyError
 from heartgen.images.levelset import LevelSet
 
@@ -41,7 +41,7 @@ class Base:
     ----------
     plane : Plane
         The basal plane, or the truncation below it.
-    surface : Plane or Sheet
+    surface : Plane or BasalSurface
         End of the mesh: that plane, or a sheet about it that follows an uneven rim.
     truncation : float or None
         Distance of the truncation below the rim's plane or sheet, mm; None if there is none.
@@ -50,7 +50,7 @@ class Base:
     """
 
     plane: Plane
-    surface: Plane | Sheet
+    surface: Plane | BasalSurface
     truncation: float | None
     irregularity: float
 
@@ -107,7 +107,7 @@ def find_base(
     plane = rim_plane if valves else _refine(plane, opening, solid, voxel)
     if truncate == "off" or (truncate == "auto" and not valves):
         return Base(plane, plane, None, irregularity)
-    sheet = fit_sheet(plane, centers, length) if valves and follow else None
+    sheet = fit_basal_surface(plane, centers, length) if valves and follow else None
     distance = (
         _default_truncation(sheet or plane, centers, length, voxel)
         if truncate == "auto"
@@ -123,7 +123,7 @@ def find_base(
 
 
 def _default_truncation(
-    base: Plane | Sheet, rim: NDArray[np.float64], length: float, voxel: float
+    base: Plane | BasalSurface, rim: NDArray[np.float64], length: float, voxel: float
 ) -> float:
     """Distance below a plane or a sheet at which there is muscle all around, mm."""
     lowest = voxel - float(np.percentile(base.height(rim), LOW_RIM))

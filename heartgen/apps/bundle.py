@@ -12,7 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from heartgen.apps.choices import changed_options
+from heartgen.apps.run_options import changed_options
 from heartgen.apps.runs import Outcome
 from heartgen.errors import HeartgenError
 from heartgen.options import usual_elements
@@ -109,6 +109,7 @@ def manifest(outcome: Outcome, files: dict[str, str]) -> dict[str, Any]:
         "options": asdict(outcome.result.options),
         "versions": report.versions,
         "success": report.success,
+        "status": report.status,
         "error_mean_mm": report.accuracy.mean,
         "quality_mean": report.quality.mean,
         "wriggle_median_degrees": {

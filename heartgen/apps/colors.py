@@ -18,9 +18,9 @@ from heartgen.fields.segments import NO_SEGMENT
 from heartgen.mesh import HexMesh, MeshField
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.viewing.card import SURFACE_NAMES
-from heartgen.viewing.fields import LOOKS, segment_color
+from heartgen.viewing.fields import FIELD_STYLES, segment_color
+from heartgen.viewing.polydata import on_surface, to_mask
 from heartgen.viewing.scene import MESH, REGION_COLORS, Scale, color_scale
-from heartgen.viewing.surfaces import on_surface, to_mask
 
 if TYPE_CHECKING:
     from heartgen.pipeline import Personalization
@@ -43,7 +43,7 @@ FIELD_RANGE = (1.0, 99.0)
 
 
 @dataclass(frozen=True)
-class Patch:
+class PaintedFaces:
     """A surface to be colored.
 
     Attributes
@@ -75,7 +75,9 @@ class Patch:
 
     def field(self, group: str, name: str) -> MeshField:
         """A field of the mesh, one of `heartgen.fields.FIELDS` by its group and name."""
-        made = make_fields(self.mesh, [group], septum=self.result.options.septum)
+        made = make_fields(
+            self.mesh, [group], septal_direction=self.result.options.septal_direction
+        )
         return next(field for field in made if field.name == name)
 
     def of_field(self, field: MeshField) -> Array:
@@ -136,7 +138,7 @@ class Coloring:
 
     title: str
     explanation: str
-    paint: Callable[[Patch, float | None], Painted]
+    paint: Callable[[PaintedFaces, float | None], Painted]
 
 
 def nice_limit(p95: float) -> float:
@@ -144,13 +146,13 @@ def nice_limit(p95: float) -> float:
     return next((limit for limit in NICE_LIMITS if limit >= ROOM * p95), NICE_LIMITS[-1])
 
 
-def _by_error(patch: Patch, limit: float | None) -> Painted:
+def _by_error(patch: PaintedFaces, limit: float | None) -> Painted:
     limit = limit or nice_limit(patch.result.report.accuracy.p95)
     scale = color_scale("error", limit)
     return replace(_scaled(patch.error, _plain, scale), more=True)
 
 
-def _by_quality(patch: Patch, limit: float | None) -> Painted:
+def _by_quality(patch: PaintedFaces, limit: float | None) -> Painted:
     scale = color_scale("quality")
     faces = patch.mesh.topology.external
     return _scaled(
@@ -160,7 +162,7 @@ def _by_quality(patch: Patch, limit: float | None) -> Painted:
     )
 
 
-def _by_region(patch: Patch, limit: float | None) -> Painted:
+def _by_region(patch: PaintedFaces, limit: float | None) -> Painted:
     surfaces = list(patch.mesh.topology.surfaces)
     colors = np.array([_rgb(REGION_COLORS[name]) for name in surfaces], dtype=np.uint8)
     return Painted(
@@ -171,7 +173,7 @@ def _by_region(patch: Patch, limit: float | None) -> Painted:
     )
 
 
-def _by_segment(patch: Patch, _: float | None) -> Painted:
+def _by_segment(patch: PaintedFaces, _: float | None) -> Painted:
     segment = patch.field("aha", AHA).values[:, 0].astype(int)
     there = {number: segment_color(int(number)) for number in np.unique(segment)}
     colors = np.zeros((max(there) + 1, 3), dtype=np.uint8)
@@ -185,11 +187,11 @@ def _by_segment(patch: Patch, _: float | None) -> Painted:
     )
 
 
-def _by_field(key: str) -> Callable[[Patch, float | None], Painted]:
+def _by_field(key: str) -> Callable[[PaintedFaces, float | None], Painted]:
     """Color by one of the fields that `heartgen.viewing.plot_field` knows."""
 
-    def paint(patch: Patch, _: float | None) -> Painted:
-        look = LOOKS[key]
+    def paint(patch: PaintedFaces, _: float | None) -> Painted:
+        look = FIELD_STYLES[key]
         field = patch.field(look.of, look.field)
         low, high = look.limits or np.round(np.percentile(field.values, FIELD_RANGE))
         scale = Scale(look.title, cast("Any", look.colors), (float(low), float(high)))

@@ -15,6 +15,7 @@ from heartgen.anatomy import Anatomy, analyze_under
 from heartgen.errors import InputError, needing
 from heartgen.formats import READERS, read_mesh_file, write_mesh
 from heartgen.report import options_beside
+from heartgen.viewing.polydata import MAX_TRIANGLES, mask_surface, to_mask
 from heartgen.viewing.scene import (
     AMBIENT,
     DARK,
@@ -26,7 +27,6 @@ from heartgen.viewing.scene import (
     TUBE_SIDES,
     camera_around,
 )
-from heartgen.viewing.surfaces import MAX_TRIANGLES, mask_surface, to_mask
 
 SUBDIVISION = 3
 """Halvings of a curved cell's edge for the picture: 8 flat pieces."""

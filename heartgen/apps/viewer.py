@@ -17,8 +17,8 @@ import ipywidgets as widgets
 import numpy as np
 import pyvista as pv
 
+from heartgen.apps.mesh_scene import Scene
 from heartgen.apps.parts import SETTLING
-from heartgen.apps.scene import Scene
 from heartgen.viewing.page import scene_page
 from heartgen.viewing.scene import AMBIENT, SPECULAR, SPECULAR_POWER, camera_around, can_render
 

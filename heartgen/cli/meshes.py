@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from heartgen.cli.choices import Debug, NoBrowser
 from heartgen.cli.commands import app
-from heartgen.cli.outcome import errors, told
+from heartgen.cli.outcome import errors, errors_reported
+from heartgen.cli.parameters import Debug, NoBrowser
 from heartgen.errors import InputError, needing
 
 __all__ = ["app"]
@@ -66,7 +66,7 @@ def convert(
     debug: Debug = False,
 ) -> None:
     """Write a mesh, with its fields, in another format, and say what is lost."""
-    with told(debug):
+    with errors_reported(debug):
         from heartgen.formats import convert as convert_file
         from heartgen.options import elements_from_text
 
@@ -87,7 +87,7 @@ def view(
     debug: Debug = False,
 ) -> None:
     """Show a mesh in the browser, with its mask."""
-    with told(debug):
+    with errors_reported(debug):
         with needing("the view needs", "apps"):
             from heartgen.apps.standalone import view_files
         view_files(mesh, mask, port, browser=not no_browser)
@@ -114,7 +114,7 @@ def rasterize(
     debug: Debug = False,
 ) -> None:
     """Draw a mesh into an image like another one: binary, or with partial volumes."""
-    with told(debug):
+    with errors_reported(debug):
         import numpy as np
 
         from heartgen.formats import read_mesh
@@ -175,7 +175,7 @@ def render(
     debug: Debug = False,
 ) -> None:
     """Draw a mesh for print, a row for each coloring and a column for each view."""
-    with told(debug):
+    with errors_reported(debug):
         from heartgen.anatomy import analyze_under
         from heartgen.files import replacing
         from heartgen.formats import read_mesh

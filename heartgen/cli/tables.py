@@ -129,7 +129,7 @@ def show_anatomy(anatomy: Anatomy) -> None:
             _direction(anatomy.frame[:3, 0]),
         ),
         ("center of the base", f"{_vector(anatomy.frame[:3, 3], 1)} mm"),
-        ("rim rises and falls by", f"{number(anatomy.base.irregularity)} mm"),
+        ("rim irregularity", f"{number(anatomy.base.irregularity)} mm"),
         ("truncation", "none" if cut is None else f"{number(cut)} mm below the basal plane"),
     )
     console.print(_table(Section("Left ventricle", sizes)))

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from heartgen.cohort.choices import as_text
+from heartgen.cohort.option_text import as_text
 from heartgen.options import Options
 from heartgen.viewing.card import Verdict, verdict
 
@@ -66,7 +66,7 @@ def row_of(case: Case, digest: str, report: Report) -> Row:
     dict
         Errors in mm (``error_...``), qualities (``q_...``), fairness in degrees (``fair_...``),
         sizes in mm and ml (``size_...``), seconds, versions, options, findings as one
-        text, and ``status``: success, valid but not a success and why, or failed and why.
+        text, and ``status``: success, why it is none, or failed and why.
     """
     judged, parts = verdict(report), report.to_dict()
     row = _head(case, digest, report.options) | {

@@ -4,8 +4,9 @@ from heartgen.fields.axes import HeartAxes, heart_axes
 from heartgen.fields.catalog import FIELDS, make_fields
 from heartgen.fields.fibers import FiberRule, fiber_frames, rule_from_text
 from heartgen.fields.indices import Indices, clinical_indices
-from heartgen.fields.motion import Strains, global_strains
 from heartgen.fields.segments import SEGMENTS, aha_segment
+from heartgen.fields.strains import Strains, global_strains
+from heartgen.renamed import keep_former_names
 
 __all__ = [
     "FIELDS",
@@ -22,3 +23,5 @@ __all__ = [
     "make_fields",
     "rule_from_text",
 ]
+
+keep_former_names(__name__)

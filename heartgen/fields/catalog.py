@@ -12,10 +12,11 @@ from heartgen.fields.coordinates import circumferential, longitudinal
 from heartgen.fields.euler import fiber_angles
 from heartgen.fields.fibers import FiberRule, fiber_frames
 from heartgen.fields.segments import segments_of_elements
-from heartgen.fields.shape import curvatures, wall_thickness
 from heartgen.fields.wall import wall_of
+from heartgen.fields.wall_shape import curvatures, wall_thickness
 from heartgen.mesh.field import MeshField
 from heartgen.mesh.hexmesh import HexMesh
+from heartgen.renamed import new_word, takes_former_keywords
 
 FIBER, SHEET, SHEET_NORMAL = "fiber", "sheet", "sheet normal"
 """Names of the fields of directions."""
@@ -30,12 +31,13 @@ AHA = "aha segment"
 """Name of the field of segments."""
 
 
+@takes_former_keywords
 def make_fields(
     mesh: HexMesh,
     names: Iterable[str] | None = None,
     *,
     rule: FiberRule | None = None,
-    septum: Sequence[float] | None = None,
+    septal_direction: Sequence[float] | None = None,
 ) -> tuple[MeshField, ...]:
     """Make fields on a mesh.
 
@@ -46,7 +48,7 @@ def make_fields(
         Of `FIELDS`; all if omitted.
     rule : FiberRule, optional
         Angles of the fibers.
-    septum : (3,) float, optional
+    septal_direction : (3,) float, optional
         Direction from the left ventricle to the septum, world (LPS), see `heart_axes`.
 
     Returns
@@ -63,13 +65,13 @@ def make_fields(
     chosen = check_names(FIELDS if names is None else names)
     if not chosen:
         return ()
-    axes, rule = heart_axes(mesh, septum), rule or FiberRule()
+    axes, rule = heart_axes(mesh, septal_direction), rule or FiberRule()
     return tuple(field for name in chosen for field in FIELDS[name](mesh, axes, rule))
 
 
 def check_names(names: Iterable[str]) -> tuple[str, ...]:
     """Names, each once; `InputError` if there is no such field."""
-    chosen = tuple(dict.fromkeys(name.strip() for name in names))
+    chosen = tuple(dict.fromkeys(new_word(name.strip()) for name in names))
     for name in chosen:
         if name not in FIELDS:
             raise InputError(f"field {name!r} is not known: choose among {', '.join(FIELDS)}")

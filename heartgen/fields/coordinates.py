@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.fields.axes import HeartAxes
-from heartgen.fields.lines import length_share, lengths, lines
-from heartgen.fields.patch import Patch, patch_of
+from heartgen.fields.coordinate_lines import length_share, lengths, lines
+from heartgen.fields.patch_coordinates import PatchCoordinates, patch_of
 from heartgen.mesh.bernstein import ORDER, lattice
 from heartgen.mesh.hexmesh import HexMesh, Topology
-from heartgen.mesh.surfaces import face_coefficients
+from heartgen.mesh.surface_faces import face_coefficients
 
 Array = NDArray[np.float64]
 
@@ -96,7 +96,7 @@ def _columns(topology: Topology, xi: Array) -> Array:
     return out
 
 
-def _patch_share(mesh: HexMesh, patch: Patch, ring: NDArray[np.bool_]) -> float:
+def _patch_share(mesh: HexMesh, patch: PatchCoordinates, ring: NDArray[np.bool_]) -> float:
     """Share of the way from apex to base that lies in the patch, on average."""
     xi = lattice()
     points, layer = mesh.evaluate(xi)[patch.elements], mesh.topology.index[patch.elements, 0]

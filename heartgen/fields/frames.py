@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.fields.patch import ASIDE, patch_of
+from heartgen.fields.patch_coordinates import ASIDE, patch_of
 from heartgen.mesh.bernstein import ORDER, lattice, tabulate
+from heartgen.mesh.connectivity import coincident, probe
 from heartgen.mesh.hexmesh import HexMesh, Topology
-from heartgen.mesh.sharing import coincident, probe
-from heartgen.mesh.surfaces import face_coefficients
+from heartgen.mesh.surface_faces import face_coefficients
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import connected_components
 from heartgen.errors import MeshError
 from heartgen.mesh.hexmesh import HexMesh, Topology
 from heartgen.mesh.quadrature import EXACT, gauss, gauss_square
-from heartgen.mesh.surfaces import evaluate_faces, face_control, face_signs, tabulate_face
+from heartgen.mesh.surface_faces import evaluate_faces, face_control, face_signs, tabulate_face
 
 Array = NDArray[np.float64]
 

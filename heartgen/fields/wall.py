@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from heartgen.fields.lines import length_share, lines
+from heartgen.fields.coordinate_lines import length_share, lines
 from heartgen.mesh.bernstein import ORDER
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.surfaces import face_coefficients
+from heartgen.mesh.surface_faces import face_coefficients
 
 Array = NDArray[np.float64]
 

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
-from heartgen.formats.files import Written, write_text
 from heartgen.formats.resampling.data import Data
 from heartgen.formats.resampling.resample import Resampled
 from heartgen.formats.text import packed, rows
+from heartgen.formats.written import Written, write_text
 
 TYPES = {
     "hex8": "C3D8",

@@ -17,10 +17,10 @@ from heartgen.formats.groups import Group, named_groups, segment_groups
 from heartgen.formats.nodal import nodal_parameters
 from heartgen.formats.skeleton import Skeleton, skeleton
 from heartgen.mesh.bernstein import lattice
+from heartgen.mesh.connectivity import coincident, probe
 from heartgen.mesh.field import MeshField, fitting
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.lattice import shared_points
-from heartgen.mesh.sharing import coincident, probe
+from heartgen.mesh.lagrange_nodes import shared_points
 
 LABELS = (
     "value",

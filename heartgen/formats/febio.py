@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
-from heartgen.formats.files import Written, write_text
 from heartgen.formats.resampling.data import Data
-from heartgen.formats.resampling.kinds import Kind
+from heartgen.formats.resampling.kinds import CellKind
 from heartgen.formats.resampling.resample import Resampled
 from heartgen.formats.text import rows
+from heartgen.formats.written import Written, write_text
 
 KINDS = {
     "hex8": "hex8",
@@ -118,6 +118,6 @@ def _table(parent: ET.Element, tag: str, values: NDArray[np.generic], first: int
     return first + len(values)
 
 
-def _order(kind: Kind) -> list[int]:
+def _order(kind: CellKind) -> list[int]:
     """Our node at each place in FEBio's order."""
     return list(HEX27) if kind.name == "hex27" else list(range(len(kind.nodes)))

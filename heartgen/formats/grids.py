@@ -9,12 +9,12 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.formats.files import Written, write_text
 from heartgen.formats.resampling.data import Data
 from heartgen.formats.resampling.jacobians import scaled_jacobian
 from heartgen.formats.resampling.resample import Resampled
 from heartgen.formats.text import rows
 from heartgen.formats.vtkgrid import write_grid
+from heartgen.formats.written import Written, write_text
 
 VTK = {
     "hex8": 12,

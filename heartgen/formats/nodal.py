@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.mesh.bases import CORNERS, PARAMETERS, corner_parameters
+from heartgen.mesh.connectivity import coincident, random_dofs
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.sharing import coincident, random_dofs
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from heartgen.errors import MeshError
-from heartgen.formats.files import Written, write_texts
 from heartgen.formats.resampling.data import Data
 from heartgen.formats.resampling.resample import Resampled
 from heartgen.formats.text import rows
+from heartgen.formats.written import Written, write_texts
 
 MICROMETERS = 1000.0
 """In a millimeter."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from heartgen.mesh.connectivity import coincident, probe
 from heartgen.mesh.hexmesh import Topology
-from heartgen.mesh.sharing import coincident, probe
 
 COLLAPSED = -1
 """In place of the number of a face without area, or of a line without length."""

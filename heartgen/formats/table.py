@@ -14,15 +14,15 @@ from heartgen.formats.ex1 import write_ex1
 from heartgen.formats.exf import write_exf
 from heartgen.formats.febio import write_febio
 from heartgen.formats.fieldml import write_fieldml
-from heartgen.formats.files import Written
 from heartgen.formats.grids import write_cells_vtu, write_xdmf
 from heartgen.formats.mfem import write_mfem
 from heartgen.formats.msh import write_msh
 from heartgen.formats.opencarp import write_opencarp
 from heartgen.formats.resampling import Resampled, Resampling
-from heartgen.formats.resampling.writing import CellFormat, CellWriter
-from heartgen.formats.surfaces import write_glb, write_obj, write_ply, write_stl
+from heartgen.formats.resampling.cell_files import CellFormat, CellWriter
+from heartgen.formats.surface_files import write_glb, write_obj, write_ply, write_stl
 from heartgen.formats.vtu import write_bezier_vtu, write_legacy_vtk, write_vtu
+from heartgen.formats.written import Written
 from heartgen.mesh.field import MeshField, fitting
 from heartgen.mesh.hexmesh import HexMesh
 

@@ -26,9 +26,9 @@ from heartgen.formats.vtu import (
 )
 from heartgen.mesh.bases import lagrange_extraction
 from heartgen.mesh.bernstein import lattice, tabulate
+from heartgen.mesh.connectivity import SAME, coincident
 from heartgen.mesh.field import MeshField
 from heartgen.mesh.hexmesh import COEFFICIENTS
-from heartgen.mesh.sharing import SAME, coincident
 
 COINCIDE = 1e-11
 """Distance, relative to the extent of the mesh, below which two points are one."""

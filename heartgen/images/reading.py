@@ -25,8 +25,8 @@ from heartgen.images.checks import (
     check_size,
     report,
 )
-from heartgen.images.files import refuse
-from heartgen.images.frames import Frame
+from heartgen.images.cine_frames import Frame
+from heartgen.images.file_kinds import refuse
 from heartgen.images.labels import myocardium, whole_numbers
 from heartgen.images.mask import LEFT_BLOOD, WALL, Mask
 from heartgen.images.opening import enough_memory, name_of, open_image

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from heartgen.errors import InputError
-from heartgen.images.files import refuse
+from heartgen.images.file_kinds import refuse
 from heartgen.images.labels import find_labels
 from heartgen.images.volume import Label
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.images.checks import check_affine, check_finite
+from heartgen.images.cine_frames import Frame, enclosed_volume, find_frame
 from heartgen.images.fitting import guess_scheme
-from heartgen.images.frames import Frame, enclosed_volume, find_frame
 from heartgen.images.labels import describe_label, myocardium, not_labels, whole_numbers
 from heartgen.images.mask import WALL, Finding
 from heartgen.images.names import scheme_of_names

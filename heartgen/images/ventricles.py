@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.images.checks import check_affine
-from heartgen.images.files import refuse
+from heartgen.images.file_kinds import refuse
 from heartgen.images.fitting import guess_scheme, misfit
 from heartgen.images.labels import describe_present, not_labels
 from heartgen.images.mask import LEFT_BLOOD, RIGHT_BLOOD, WALL, Finding
+from heartgen.images.rv_wall import Parts, build_rv_wall
 from heartgen.images.schemes import Scheme
 from heartgen.images.volume import Volume
-from heartgen.images.wall import Parts, build_rv_wall
 
 VentricleChoice: TypeAlias = Literal["auto", "lv", "biv"]
 """Which ventricles to take: all that are labeled, the left, both."""

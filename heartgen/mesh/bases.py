@@ -18,8 +18,8 @@ from heartgen.mesh.bernstein import (
     lagrange_to_bernstein,
     lattice,
 )
+from heartgen.mesh.connectivity import coincident, probe
 from heartgen.mesh.hexmesh import COEFFICIENTS, HexMesh, Topology
-from heartgen.mesh.sharing import coincident, probe
 
 CORNERS = 8
 PARAMETERS = 8

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.surfaces import face_control, tabulate_face
+from heartgen.mesh.surface_faces import face_control, tabulate_face
 
 STARTS = 10
 """Start samples per face and direction; finer than any bump of a bicubic patch."""

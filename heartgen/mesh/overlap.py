@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from heartgen.mesh.bernstein import DEGREE, ORDER
 from heartgen.mesh.flatness import meet_properly, one_to_one
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.pieces import apart, split, whole_faces
-from heartgen.mesh.surfaces import face_control
+from heartgen.mesh.subdivisions import apart, split, whole_faces
+from heartgen.mesh.surface_faces import face_control
 from heartgen.mesh.triangles import quads_cross
 
 Array: TypeAlias = NDArray[np.float64]

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import InputError, MeshError
+from heartgen.mesh.connectivity import coincident, probe
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.sharing import coincident, probe
-from heartgen.mesh.surfaces import tessellate
+from heartgen.mesh.surface_faces import tessellate
 
 FLATNESS = 0.02
 """Distance of triangles from the surface, over the size of a voxel, that is close enough."""

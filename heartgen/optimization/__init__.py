@@ -8,18 +8,21 @@ An energy is a list of `terms`: `distances`, `quality`, `lines`; `energy` puts t
 from __future__ import annotations
 
 from heartgen.optimization.distances import misfit
-from heartgen.optimization.interior import relax
 from heartgen.optimization.policy import Optimized, optimize
 from heartgen.optimization.settings import FitSettings, settings_for
 from heartgen.optimization.target import FitTarget, fit_target
+from heartgen.optimization.transmural_lines import curve_transmural_lines
+from heartgen.renamed import keep_former_names
 
 __all__ = [
     "FitSettings",
     "FitTarget",
     "Optimized",
+    "curve_transmural_lines",
     "fit_target",
     "misfit",
     "optimize",
-    "relax",
     "settings_for",
 ]
+
+keep_former_names(__name__)

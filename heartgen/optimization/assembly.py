@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from heartgen.mesh.freedom import FaceFreedom
+from heartgen.mesh.dof_map import FaceDofMap
 from heartgen.optimization.settings import RIDGE
 
 
@@ -38,13 +38,13 @@ class Blocks:
 
 
 def face_blocks(
-    faces: FaceFreedom, matrix: NDArray[np.float64], gradient: NDArray[np.float64]
+    faces: FaceDofMap, matrix: NDArray[np.float64], gradient: NDArray[np.float64]
 ) -> Blocks:
     """Blocks of free degrees of freedom from those of the faces' Bernstein coefficients.
 
     Parameters
     ----------
-    faces : FaceFreedom
+    faces : FaceDofMap
     matrix : (f, 48, 48) float64
     gradient : (f, 48) float64
 

@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.mesh.closest import closest_on_patches, closest_points
-from heartgen.mesh.freedom import FaceFreedom
+from heartgen.mesh.dof_map import FaceDofMap
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.quadrature import gauss_square
-from heartgen.mesh.surfaces import FACE_COEFFICIENTS, tabulate_face
+from heartgen.mesh.surface_faces import FACE_COEFFICIENTS, tabulate_face
 from heartgen.optimization.assembly import Blocks, face_blocks
 from heartgen.optimization.settings import FACE_GAUSS, FACING, OUTLIER
-from heartgen.optimization.target import CUTS, FitTarget
+from heartgen.optimization.target import TRUNCATION_SURFACES, FitTarget
 from heartgen.optimization.terms import Model
 
 Array = NDArray[np.float64]
@@ -38,13 +38,13 @@ class MeshToPatient:
 
     Attributes
     ----------
-    faces : FaceFreedom
+    faces : FaceDofMap
     target : FitTarget
     weight : (f,) float64
         Of the samples of each face, 1/mm^2.
     """
 
-    faces: FaceFreedom
+    faces: FaceDofMap
     target: FitTarget
     weight: Array
 
@@ -79,7 +79,7 @@ class MeshToPatient:
         """How far the patient's images are data at samples (f, s, 3); its mean by area is 1."""
         shown = self.target.confidence(points.reshape(-1, 3)).reshape(area.shape)
         cut = np.zeros(len(shown), dtype=bool)
-        for name in CUTS:
+        for name in TRUNCATION_SURFACES:
             cut[self.faces.rows.get(name, slice(0))] = True
         shown[cut] = 1.0  # a cut is where it is, wherever the slices are
         shown[~cut] *= area[~cut].sum() / (area[~cut] * shown[~cut]).sum()
@@ -92,13 +92,13 @@ class PatientToMesh:
 
     Attributes
     ----------
-    faces : FaceFreedom
+    faces : FaceDofMap
     target : FitTarget
     weight : (f,) float64
         Of the points that are closest to each face, 1/mm^2.
     """
 
-    faces: FaceFreedom
+    faces: FaceDofMap
     target: FitTarget
     weight: Array
 
@@ -176,7 +176,7 @@ def _flat(
 
 
 def _blocks(
-    faces: FaceFreedom,
+    faces: FaceDofMap,
     face: NDArray[np.intp],
     functions: Array,
     normal: Array,

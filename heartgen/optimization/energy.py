@@ -13,15 +13,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.mesh.biventricular import right_apex
-from heartgen.mesh.freedom import FaceFreedom, Freedom
+from heartgen.mesh.biventricular_topology import right_apex
+from heartgen.mesh.dof_map import DofMap, FaceDofMap
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.optimization.assembly import Assembler
 from heartgen.optimization.distances import MeshToPatient, PatientToMesh
-from heartgen.optimization.lines import SurfaceLines
 from heartgen.optimization.quality import EvenJacobians, RightAngles
 from heartgen.optimization.settings import MOVEMENT, FitSettings
-from heartgen.optimization.target import CUTS, FitTarget
+from heartgen.optimization.surface_lines import SurfaceLines
+from heartgen.optimization.target import TRUNCATION_SURFACES, FitTarget
 from heartgen.optimization.terms import Term
 
 
@@ -37,31 +37,31 @@ class Energy:
     """
 
     def __init__(self, mesh: HexMesh, target: FitTarget, settings: FitSettings) -> None:
-        self.freedom = Freedom(mesh.topology)
-        faces = FaceFreedom(self.freedom, mesh.topology)
-        self.assembler = Assembler([self.freedom.dofs, faces.dofs], self.freedom.n)
+        self.dof_map = DofMap(mesh.topology)
+        faces = FaceDofMap(self.dof_map, mesh.topology)
+        self.assembler = Assembler([self.dof_map.dofs, faces.dofs], self.dof_map.n)
         self._mesh, self._target, self._settings, self._faces = mesh, target, settings, faces
         self._unoptimized = faces.at(self.degrees(mesh))
         self._cut = np.zeros(len(faces.faces), dtype=bool)
-        for name in CUTS:
+        for name in TRUNCATION_SURFACES:
             self._cut[faces.rows.get(name, slice(0))] = True
 
     def degrees(self, mesh: HexMesh) -> NDArray[np.float64]:
         """Free degrees of freedom (n, 3) of a mesh."""
-        return mesh.dofs[self.freedom.free]
+        return mesh.dofs[self.dof_map.free]
 
     def shape(self, q: NDArray[np.float64]) -> HexMesh:
         """Mesh of free degrees of freedom (n, 3); straight across the wall."""
-        return self._mesh.with_dofs(np.asarray(self.freedom.straight @ q))
+        return self._mesh.with_dofs(np.asarray(self.dof_map.straight @ q))
 
-    def terms(self, weight: NDArray[np.float64], ease: float = 1.0) -> list[Term]:
+    def terms(self, weight: NDArray[np.float64], regularization: float = 1.0) -> list[Term]:
         """Terms of the energy.
 
         Parameters
         ----------
         weight : (e,) float64
             Of the quality of each element.
-        ease : float
+        regularization : float
             Weight of all but the data.
 
         Returns
@@ -74,17 +74,17 @@ class Energy:
         data[right_apex(topology)] *= s.right_apex
         data[topology.index[:, 2] == 0] *= s.apex
         of_face = faces.faces[:, 0]
-        per_element = ease * weight / topology.n_elements
+        per_element = regularization * weight / topology.n_elements
         even = s.even * per_element
         even[topology.collapsed[:, 0]] *= s.pole
         # The cuts have no lines of their own: theirs are those of the walls that they end.
-        per_face = np.where(self._cut, 0, ease) / np.sum(~self._cut)
+        per_face = np.where(self._cut, 0, regularization) / np.sum(~self._cut)
         left = ~np.isin(of_face, topology.parts.get("right ventricle", []))
         return [
             MeshToPatient(faces, target, np.where(self._cut, s.cut, 1) * data[of_face]),
             PatientToMesh(faces, target, data[of_face]),
-            EvenJacobians(self.freedom, topology, even),
-            RightAngles(self.freedom, s.angles * per_element),
+            EvenJacobians(self.dof_map, topology, even),
+            RightAngles(self.dof_map, s.angles * per_element),
             SurfaceLines(
                 faces,
                 self._unoptimized,

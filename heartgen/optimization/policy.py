@@ -23,12 +23,12 @@ from heartgen.optimization.gauss_newton import minimize
 from heartgen.optimization.settings import (
     AIM,
     AIMED_MISFIT,
-    EASED_ROUNDS,
-    EASIEST,
-    EASING,
     GROWTH,
     MOST_RAISED,
+    MOST_RELAXED,
     RAISED_ROUNDS,
+    RELAXED_ROUNDS,
+    RELAXING,
     ROUNDS,
     FitSettings,
 )
@@ -88,14 +88,14 @@ def optimize(
     def fit(start: HexMesh, weight: Array, within: bool = True) -> HexMesh:
         q = minimize(
             energy.degrees(start),
-            energy.terms(weight, ease),
+            energy.terms(weight, regularization),
             energy.assembler,
             feasible=(lambda q: certify(energy.shape(q)).all_valid) if within else lambda q: True,
             progress=progress,
         )
         return energy.shape(q)
 
-    weight, ease = np.ones(mesh.n_elements), 1.0
+    weight, regularization = np.ones(mesh.n_elements), 1.0
     fitted, valid = mesh, False
     for number in range(1, ROUNDS + 1):
         fitted = fit(fitted, weight, within=False)
@@ -110,11 +110,11 @@ def optimize(
     if weight.max() > GROWTH:
         weight = np.where(regularized, GROWTH, 1)
         fitted = fit(fitted, weight)
-    for _ in range(EASED_ROUNDS if np.isfinite(allowed) else 0):
+    for _ in range(RELAXED_ROUNDS if np.isfinite(allowed) else 0):
         reached = misfit(fitted, target)
         if reached <= allowed:
             break
-        ease *= max(EASIEST, (AIMED_MISFIT * allowed / reached) ** EASING)
+        regularization *= max(MOST_RELAXED, (AIMED_MISFIT * allowed / reached) ** RELAXING)
         fitted = fit(fitted, weight)
     fitted = raise_ratios(fitted, least, weight, fit)
     return Optimized(fitted, regularized, valid)

@@ -15,7 +15,7 @@ import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.mesh.freedom import Freedom
+from heartgen.mesh.dof_map import DofMap
 from heartgen.mesh.hexmesh import Topology
 from heartgen.mesh.jacobian import QUALITY_GAUSS
 from heartgen.mesh.quadrature import gauss_cube
@@ -40,16 +40,16 @@ class EvenJacobians:
 
     Parameters
     ----------
-    freedom : Freedom
+    dof_map : DofMap
     topology : Topology
     weight : (e,) float64
         Of each element.
     """
 
-    def __init__(self, freedom: Freedom, topology: Topology, weight: Array) -> None:
+    def __init__(self, dof_map: DofMap, topology: Topology, weight: Array) -> None:
         xi, gauss, collocated = _points()
-        self._freedom, self._weight = freedom, weight
-        self._slopes = [freedom.functions(xi, _unit(d)) for d in range(3)]
+        self._dof_map, self._weight = dof_map, weight
+        self._slopes = [dof_map.functions(xi, _unit(d)) for d in range(3)]
         use = np.tile((1 - COLLOCATED) * gauss + COLLOCATED * collocated, (topology.n_elements, 1))
         use[np.ix_(topology.collapsed[:, 0], np.flatnonzero(xi[:, 1] == 0))] = 0
         self._use = use / use.sum(1, keepdims=True)
@@ -69,7 +69,7 @@ class EvenJacobians:
         rows = _combined(tuple(self._slopes), np.stack(cofactors) / root[..., None])
         scale = np.sqrt(self._use * self._weight[:, None])
         blocks = _normal_equations(
-            self._freedom.dofs,
+            self._dof_map.dofs,
             scale[..., None] * (rows - self._mean(rows)),
             scale * (log_det - self._mean(log_det)),
         )
@@ -88,7 +88,7 @@ class EvenJacobians:
 
     def _jacobian(self, q: Array) -> tuple[Array, Array]:
         """Jacobian matrices (e, q, 3, 3) and determinants (e, q), 1 where they do not count."""
-        jacobian = _columns(self._freedom, q, self._slopes)
+        jacobian = _columns(self._dof_map, q, self._slopes)
         det = np.sum(jacobian[..., 0] * np.cross(jacobian[..., 1], jacobian[..., 2]), axis=-1)
         return jacobian, np.where(self._use > 0, det, 1.0)
 
@@ -109,19 +109,19 @@ class RightAngles:
 
     Parameters
     ----------
-    freedom : Freedom
+    dof_map : DofMap
     weight : (e,) float64
         Of each element.
     """
 
-    def __init__(self, freedom: Freedom, weight: Array) -> None:
+    def __init__(self, dof_map: DofMap, weight: Array) -> None:
         xi, self._gauss = gauss_cube((ANGLE_GAUSS,) * 3)
-        self._freedom, self._weight = freedom, weight
-        self._slopes = [freedom.functions(xi, _unit(d)) for d in range(3)]
+        self._dof_map, self._weight = dof_map, weight
+        self._slopes = [dof_map.functions(xi, _unit(d)) for d in range(3)]
 
     def near(self, q: Array) -> Model:
         """Return the term near a mesh (see `Term`)."""
-        unit, length = _directions(_columns(self._freedom, q, self._slopes))
+        unit, length = _directions(_columns(self._dof_map, q, self._slopes))
         scaled = np.linalg.det(unit)
         # A folded element's angles lead nowhere: where one is, they count plainly.
         least = LEAST_SCALED if (scaled > 0).all() else 1.0
@@ -135,20 +135,20 @@ class RightAngles:
             rows.append(root[..., None] * row)
             values.append(root * cosine)
         blocks = _normal_equations(
-            self._freedom.dofs, np.concatenate(rows, axis=1), np.concatenate(values, axis=1)
+            self._dof_map.dofs, np.concatenate(rows, axis=1), np.concatenate(values, axis=1)
         )
         return Model(lambda q: self._value(q, use), blocks)
 
     def _value(self, q: Array, use: Array) -> float:
         """The term with the given weights (e, q) of the points."""
-        unit, _ = _directions(_columns(self._freedom, q, self._slopes))
+        unit, _ = _directions(_columns(self._dof_map, q, self._slopes))
         squares = (np.sum(unit[..., a] * unit[..., b], axis=-1) ** 2 for a, b in COLUMN_PAIRS)
         return float(np.sum(use * sum(squares)))
 
 
-def _columns(freedom: Freedom, q: Array, slopes: list[Array]) -> Array:
+def _columns(dof_map: DofMap, q: Array, slopes: list[Array]) -> Array:
     """Jacobian matrices (e, q, 3, 3) for free degrees of freedom (n, 3)."""
-    local = np.concatenate([q, np.zeros((1, 3))])[freedom.dofs]
+    local = np.concatenate([q, np.zeros((1, 3))])[dof_map.dofs]
     return np.stack([np.matmul(s, local) for s in slopes], -1)
 
 

@@ -100,7 +100,7 @@ def settings_for(
     lod : int
         Level of detail, 1 to 5.
     quality : float
-        The quality dial; 1 is the level's own weight.
+        Factor of the weight of quality; 1 is the default of the level.
     biventricular : bool
         Whether the mesh has a right ventricle.
     stack : bool
@@ -201,11 +201,11 @@ GROWTH = 2.0
 is twice that, after the third three times. Those that did weigh more keep this factor once all are
 valid, when the line search alone keeps the mesh from folding again."""
 
-EASING, EASIEST = 7.0, 0.5
+RELAXING, MOST_RELAXED = 7.0, 0.5
 """Power of the misfit over the largest allowed by which all but the data weighs less; and the least
 factor of a round (cohort: halving the weights takes a tenth of the misfit)."""
 
-EASED_ROUNDS, AIMED_MISFIT = 4, 0.98
+RELAXED_ROUNDS, AIMED_MISFIT = 4, 0.98
 """Rounds in which that may be so; and misfit aimed at, over the largest allowed: the last percent
 would take rounds of its own."""
 

@@ -1,5 +1,4 @@
-"""What the mesh is optimized against: the patient's images, and points of the patient's
-surfaces."""
+"""What the mesh is optimized against: the patient's images, and points of their surfaces."""
 
 from __future__ import annotations
 
@@ -21,7 +20,7 @@ from heartgen.optimization.settings import (
     VOXELS_PER_LENGTH,
 )
 
-CUTS = ("base", "apex")
+TRUNCATION_SURFACES = ("base", "apical_rim")
 """Surfaces where the wall is cut; the patient has no points for them."""
 
 
@@ -71,7 +70,7 @@ def fit_target(anatomy: Anatomy) -> FitTarget:
     """
     points = {}
     for name, level in anatomy.surfaces.items():
-        if name not in CUTS:
+        if name not in TRUNCATION_SURFACES:
             part = _away_from_cuts(isosurface(level), anatomy)
             weighted = replace(part, weights=_areas(part.normals, level.affine))
             points[name] = _thinned(weighted, anatomy)
@@ -85,8 +84,8 @@ def fit_target(anatomy: Anatomy) -> FitTarget:
 def _away_from_cuts(surface: Isosurface, anatomy: Anatomy) -> Isosurface:
     """The points of a surface that are not beyond a cut nor at its rim."""
     beyond = anatomy.base.surface.height(surface.points)
-    if "apex" in anatomy.surfaces:
-        beyond = np.maximum(beyond, anatomy.surfaces["apex"].sample(surface.points)[0])
+    if "apical_rim" in anatomy.surfaces:
+        beyond = np.maximum(beyond, anatomy.surfaces["apical_rim"].sample(surface.points)[0])
     return surface.part(beyond < -FROM_CUT * anatomy.voxel)
 
 

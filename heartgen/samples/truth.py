@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heartgen.errors import InputError
-from heartgen.samples.biventricle import BivShape
-from heartgen.samples.patch import Patch
+from heartgen.samples.biv_shape import BivShape
 from heartgen.samples.placement import Pose
 from heartgen.samples.plate import Plate
-from heartgen.samples.right import RightVentricle, right_ventricle
+from heartgen.samples.rv_truth import RightVentricle, right_ventricle
+from heartgen.samples.surface_patch import Patch
 
 Array = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ class Truth:
 
     Attributes
     ----------
-    shape : Shape or BivShape
+    shape : LvShape or BivShape
         The wall in the heart frame.
     pose : Pose
         Where it stands in the world.

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, least_squares
 
 from heartgen.errors import InputError
+from heartgen.mesh.apical_patch import SIDES
 from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN, bernstein, bernstein_derivative
 from heartgen.mesh.grading import LINEAR, Grading, RowGrading, depth, depth_by_row
 from heartgen.mesh.jacobian import QUALITY_GAUSS
-from heartgen.mesh.patch import SIDES
 from heartgen.mesh.quadrature import gauss
 from heartgen.options import Apex
 from heartgen.templates.ellipsoid import TruncatedEllipsoid

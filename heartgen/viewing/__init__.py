@@ -9,16 +9,17 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from heartgen.errors import needing
+from heartgen.renamed import keep_former_names
 
 if TYPE_CHECKING:
-    from heartgen.viewing.fibers import plot_fibers
+    from heartgen.viewing.fiber_glyphs import plot_fibers
     from heartgen.viewing.fields import plot_field
     from heartgen.viewing.figures import draw_histograms, draw_tradeoff
     from heartgen.viewing.motion import compare_html
     from heartgen.viewing.page import view_html
     from heartgen.viewing.rendering import render
     from heartgen.viewing.scene import plot
-    from heartgen.viewing.slices import draw_slices
+    from heartgen.viewing.slice_views import draw_slices
     from heartgen.viewing.stages import draw_mesh, draw_stages
 
 __all__ = [
@@ -39,11 +40,11 @@ _HOMES = {
     "compare_html": "heartgen.viewing.motion",
     "draw_histograms": "heartgen.viewing.figures",
     "draw_mesh": "heartgen.viewing.stages",
-    "draw_slices": "heartgen.viewing.slices",
+    "draw_slices": "heartgen.viewing.slice_views",
     "draw_stages": "heartgen.viewing.stages",
     "draw_tradeoff": "heartgen.viewing.figures",
     "plot": "heartgen.viewing.scene",
-    "plot_fibers": "heartgen.viewing.fibers",
+    "plot_fibers": "heartgen.viewing.fiber_glyphs",
     "plot_field": "heartgen.viewing.fields",
     "render": "heartgen.viewing.rendering",
     "view_html": "heartgen.viewing.page",
@@ -56,3 +57,6 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'heartgen.viewing' has no attribute {name!r}")
     with needing("pictures need", "plot"):
         return getattr(import_module(_HOMES[name]), name)
+
+
+keep_former_names(__name__)

@@ -17,7 +17,7 @@ SURFACE_NAMES = {
     "rv_apex": "RV apex",
     "epi": "epicardium",
     "base": "base",
-    "apex": "apical hole",
+    "apical_rim": "apical hole",
 }
 """What the named surfaces of a mesh are called in print."""
 
@@ -42,9 +42,9 @@ class Verdict:
     Attributes
     ----------
     level : {"good", "doubtful", "bad"}
-        Success; valid but not a success by the paper's rule; not valid.
+        Success; valid but not a success by our rule; not valid.
     text : str
-        One clause that says why.
+        `heartgen.report.Report.status`.
     """
 
     level: Literal["good", "doubtful", "bad"]
@@ -60,18 +60,10 @@ class Section:
 
 
 def verdict(report: Report) -> Verdict:
-    """Judge a result: by its validity, then by our rule of success."""
+    """The status of a result, and how it is to be colored."""
     if not report.quality.valid:
-        return Verdict("bad", f"not valid: {report.quality.faults}")
-    if report.shortcomings:
-        by_paper = " (it is one by the paper's rule)" if report.paper_success else ""
-        reasons = "; ".join(report.shortcomings)
-        return Verdict("doubtful", f"valid, but not a success{by_paper}: {reasons}")
-    return Verdict(
-        "good",
-        f"success: valid everywhere, all of the heart covered, error below the diagonal of a "
-        f"{report.grain} ({number(report.pixel_diagonal)} mm), quality above {QUALITY_THRESHOLD}",
-    )
+        return Verdict("bad", report.status)
+    return Verdict("good" if report.success else "doubtful", report.status)
 
 
 def _raw(raw: float | None) -> tuple[tuple[str, str], ...]:

@@ -15,7 +15,13 @@ from heartgen.errors import InputError
 from heartgen.fields import HeartAxes, heart_axes, make_fields
 from heartgen.fields.segments import NO_SEGMENT, SEGMENTS, segments_of_elements
 from heartgen.mesh import HexMesh
-from heartgen.mesh.surfaces import evaluate_faces
+from heartgen.mesh.surface_faces import evaluate_faces
+from heartgen.renamed import takes_former_keywords
+from heartgen.viewing.polydata import (
+    SUBDIVISION,
+    mesh_surface,
+    on_surface,
+)
 from heartgen.viewing.scene import (
     DARK,
     MESH,
@@ -24,11 +30,6 @@ from heartgen.viewing.scene import (
     add_edges,
     look_at,
     require_graphics,
-)
-from heartgen.viewing.surfaces import (
-    SUBDIVISION,
-    mesh_surface,
-    on_surface,
 )
 
 Array = NDArray[np.float64]
@@ -47,7 +48,7 @@ RAISED = 0.02
 
 
 @dataclass(frozen=True)
-class Look:
+class FieldStyle:
     """How a field is shown.
 
     Attributes
@@ -70,22 +71,25 @@ class Look:
     limits: tuple[float, float] | None
 
 
-LOOKS = {
-    "transmural": Look("transmural", "coordinates", "depth in the wall", "cividis", (0, 1)),
-    "longitudinal": Look("longitudinal", "coordinates", "apex to base", "viridis", (0, 1)),
-    "circumferential": Look(
+FIELD_STYLES = {
+    "transmural": FieldStyle("transmural", "coordinates", "depth in the wall", "cividis", (0, 1)),
+    "longitudinal": FieldStyle("longitudinal", "coordinates", "apex to base", "viridis", (0, 1)),
+    "circumferential": FieldStyle(
         "circumferential", "coordinates", "angle from the septum (rad)", "twilight", (-np.pi, np.pi)
     ),
-    "thickness": Look("wall thickness", "thickness", "thickness of the wall (mm)", "viridis", None),
+    "thickness": FieldStyle(
+        "wall thickness", "thickness", "thickness of the wall (mm)", "viridis", None
+    ),
 }
 """Scalar fields by the word that asks for them."""
 
 
+@takes_former_keywords
 def plot_field(
     mesh: HexMesh,
     color: str,
     *,
-    septum: Sequence[float] | None = None,
+    septal_direction: Sequence[float] | None = None,
     screenshot: str | Path | None = None,
     window_size: tuple[int, int] = (900, 900),
 ) -> pv.Plotter:
@@ -95,8 +99,8 @@ def plot_field(
     ----------
     mesh : HexMesh
     color : str
-        One of `LOOKS`, or ``"aha"``.
-    septum : (3,) float, optional
+        One of `FIELD_STYLES`, or ``"aha"``.
+    septal_direction : (3,) float, optional
         Direction from the left ventricle to the septum, see `heartgen.fields.heart_axes`.
     screenshot : path, optional
         Write a picture there (PNG); otherwise the scene is made, to be shown or changed further.
@@ -114,14 +118,16 @@ def plot_field(
     HeartgenError
         If a picture is asked for where there is no graphics library.
     """
-    if color != "aha" and color not in LOOKS:
-        raise InputError(f"coloring {color!r} is not known: choose {', '.join(LOOKS)} or aha")
+    if color != "aha" and color not in FIELD_STYLES:
+        raise InputError(
+            f"coloring {color!r} is not known: choose {', '.join(FIELD_STYLES)} or aha"
+        )
     plotter: Any = empty_scene(window_size)
-    axes = heart_axes(mesh, septum)
+    axes = heart_axes(mesh, septal_direction)
     if color == "aha":
         add_segments(plotter, mesh, axes)
     else:
-        add_scalars(plotter, mesh, LOOKS[color], septum)
+        add_scalars(plotter, mesh, FIELD_STYLES[color], septal_direction)
     add_edges(plotter, mesh)
     look_at(plotter, mesh, frame_of(axes))
     return finished(plotter, screenshot)
@@ -162,12 +168,15 @@ def frame_of(axes: HeartAxes) -> Array:
 def add_scalars(
     plotter: Any,
     mesh: HexMesh,
-    look: Look,
-    septum: Sequence[float] | None = None,
+    look: FieldStyle,
+    septal_direction: Sequence[float] | None = None,
     key: bool = True,
 ) -> None:
     """The surface colored by a scalar field, with the key."""
-    made = {field.name: field for field in make_fields(mesh, [look.of], septum=septum)}
+    made = {
+        field.name: field
+        for field in make_fields(mesh, [look.of], septal_direction=septal_direction)
+    }
     surface = mesh_surface(mesh)
     values = on_surface(made[look.field], mesh.topology)[:, 0]
     surface.point_data[look.field] = values.astype(np.float32)

@@ -14,15 +14,17 @@ from heartgen.fields import heart_axes
 from heartgen.images.levelset import LevelSet
 from heartgen.images.mask import Mask
 from heartgen.mesh import HexMesh
-from heartgen.viewing.fibers import DEPTHS, add_fibers
+from heartgen.renamed import new_word, takes_former_keywords
+from heartgen.viewing.fiber_glyphs import DEPTHS, add_fibers
 from heartgen.viewing.fields import (
-    LOOKS,
+    FIELD_STYLES,
     add_scalars,
     add_segments,
     empty_scene,
     finished,
     frame_of,
 )
+from heartgen.viewing.polydata import MAX_TRIANGLES, mask_surface, mesh_surface
 from heartgen.viewing.scene import (
     AZIMUTH,
     DARK,
@@ -35,7 +37,6 @@ from heartgen.viewing.scene import (
     add_surface,
     look_at,
 )
-from heartgen.viewing.surfaces import MAX_TRIANGLES, mask_surface, mesh_surface
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -56,9 +57,9 @@ PLAIN = ("plain", "overlay", "change", "error", "quality", "region", "aha")
 FIBERS = {
     f"fibers-{name}": depth for name, depth in zip(("endo", "mid", "epi"), DEPTHS, strict=True)
 }
-"""Fibers as glyphs, at one of `heartgen.viewing.fibers.DEPTHS`."""
+"""Fibers as glyphs, at one of `heartgen.viewing.fiber_glyphs.DEPTHS`."""
 
-COLORS = (*PLAIN, *LOOKS, *FIBERS)
+COLORS = (*PLAIN, *FIELD_STYLES, *FIBERS)
 """What can be shown. ``overlay`` is the mask in red over the mesh (paper, figures 4 and 11);
 ``change`` another mesh in red over this one in green (figure 7)."""
 
@@ -77,6 +78,7 @@ PANEL = 700
 """Pixels of a panel's edge."""
 
 
+@takes_former_keywords
 def render(
     mesh: HexMesh,
     screenshot: str | Path | None = None,
@@ -85,7 +87,7 @@ def render(
     views: Sequence[str] = ("oblique",),
     mask: Mask | Anatomy | None = None,
     other: HexMesh | None = None,
-    septum: Sequence[float] | None = None,
+    septal_direction: Sequence[float] | None = None,
     edges: bool = True,
     error_limit: float = ERROR_LIMIT,
     panel: int = PANEL,
@@ -106,7 +108,7 @@ def render(
         usual options; under others, the surface fitted may be another: give the anatomy.
     other : HexMesh, optional
         For ``change``.
-    septum : (3,) float, optional
+    septal_direction : (3,) float, optional
         Direction from the left ventricle to the septum, see `heartgen.fields.heart_axes`.
     edges : bool
         Draw the edges of the elements, but for fibers.
@@ -126,14 +128,15 @@ def render(
     HeartgenError
         If a picture is asked for where there is no graphics library.
     """
+    colors = [new_word(color) for color in colors]
     _check(colors, views, mask, other)
     level = None if NEEDS_MASK.isdisjoint(colors) else _level(mask)
     shape = (len(colors), len(views))
     size = (panel * shape[1], panel * shape[0])
     plotter: Any = empty_scene(size, shape=shape, border=False)
-    axes = heart_axes(mesh, septum)
+    axes = heart_axes(mesh, septal_direction)
     for row, color in enumerate(colors):
-        add = _adder(mesh, color, level, other, septum, error_limit)
+        add = _adder(mesh, color, level, other, septal_direction, error_limit)
         for column, view in enumerate(views):
             plotter.subplot(row, column)
             add(plotter, column == len(views) // 2)
@@ -177,16 +180,18 @@ def _adder(
     color: str,
     level: LevelSet | None,
     other: HexMesh | None,
-    septum: Sequence[float] | None,
+    septal_direction: Sequence[float] | None,
     error_limit: float,
 ) -> Callable[[Any, bool], None]:
     """What adds the surfaces of a row to a panel, with or without the key of their colors."""
-    if color in LOOKS:
-        return lambda plotter, key: add_scalars(plotter, mesh, LOOKS[color], septum, key)
+    if color in FIELD_STYLES:
+        return lambda plotter, key: add_scalars(
+            plotter, mesh, FIELD_STYLES[color], septal_direction, key
+        )
     if color in FIBERS:
         return lambda plotter, key: add_fibers(plotter, mesh, FIBERS[color], key=key)
     if color == "aha":
-        axes = heart_axes(mesh, septum)
+        axes = heart_axes(mesh, septal_direction)
         return lambda plotter, key: add_segments(plotter, mesh, axes)
     if color in ("error", "quality", "region"):
         known: Any = color

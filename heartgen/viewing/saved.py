@@ -9,6 +9,7 @@ import numpy as np
 import pyvista as pv
 
 from heartgen.anatomy import Anatomy
+from heartgen.viewing.polydata import mask_surface, to_mask, to_surface
 from heartgen.viewing.scene import (
     EDGE_RADIUS,
     ERROR_LIMIT,
@@ -21,7 +22,6 @@ from heartgen.viewing.scene import (
     camera_around,
     color_scale,
 )
-from heartgen.viewing.surfaces import mask_surface, to_mask, to_surface
 
 SUBDIVISION = 2
 """Halvings of a curved cell's edge for the picture: 4 flat pieces."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from heartgen.errors import HeartgenError, InputError
 from heartgen.mesh import HexMesh
 from heartgen.viewing.card import SURFACE_NAMES
-from heartgen.viewing.surfaces import (
+from heartgen.viewing.polydata import (
     MAX_TRIANGLES,
     mask_surface,
     mesh_edges,
@@ -38,7 +38,7 @@ REGION_COLORS = {
     "rv_endo": "#e69f00",
     "epi": "#56b4e9",
     "base": "#009e73",
-    "apex": "#cc79a7",
+    "apical_rim": "#cc79a7",
 }
 """Of the surfaces (palette of Okabe and Ito, 2008: safe for the color-blind)."""
 

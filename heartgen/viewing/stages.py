@@ -20,8 +20,8 @@ from heartgen.images import Mask
 from heartgen.images.isosurface import isosurface
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import jacobian_ratio
-from heartgen.viewing.slices import EPI, SLICES, SliceView, draw_section, slice_view
-from heartgen.viewing.surfaces import element_faces, mesh_surface
+from heartgen.viewing.polydata import element_faces, mesh_surface
+from heartgen.viewing.slice_views import EPI, SLICES, SliceView, draw_section, slice_view
 
 if TYPE_CHECKING:
     from heartgen.pipeline import Personalization

@@ -13,7 +13,7 @@ from heartgen.anatomy import analyze, with_views
 from heartgen.errors import AnatomyError, HeartgenError, InputError
 from heartgen.images.mask import Mask
 from heartgen.images.writing import write_mask
-from heartgen.mesh.surfaces import sample_faces
+from heartgen.mesh.surface_faces import sample_faces
 
 SPARSE = (1.5, 1.5, 10.0)
 

@@ -9,11 +9,18 @@ import pytest
 pytest.importorskip("pyvista")
 
 from heartgen.apps.colors import COLORINGS, nice_limit
-from heartgen.apps.panels import look
-from heartgen.apps.scene import CUTS, LINES, MASK_VIEWS, View, mask_scene, mesh_scene
+from heartgen.apps.mesh_scene import (
+    CUTS,
+    LINES,
+    MASK_VIEWS,
+    SceneView,
+    mask_scene,
+    mesh_scene,
+)
+from heartgen.apps.panels import view
 from heartgen.viewing.stages import STAGES
 
-VIEW = View()
+VIEW = SceneView()
 
 
 def colors(scene):
@@ -21,11 +28,11 @@ def colors(scene):
 
 
 def test_controls_offer_what_the_scene_knows():
-    assert tuple((s.title, s.key) for s in STAGES) == look.STAGES
-    assert tuple((c.title, key) for key, c in COLORINGS.items()) == look.COLORS
-    assert tuple((title, key) for key, title in MASK_VIEWS.items()) == look.MASKS
-    assert tuple((title, key) for key, title in CUTS.items()) == look.CUTS
-    assert tuple((title, key) for key, title in LINES.items()) == look.LINES
+    assert tuple((s.title, s.key) for s in STAGES) == view.STAGES
+    assert tuple((c.title, key) for key, c in COLORINGS.items()) == view.COLORS
+    assert tuple((title, key) for key, title in MASK_VIEWS.items()) == view.MASKS
+    assert tuple((title, key) for key, title in CUTS.items()) == view.CUTS
+    assert tuple((title, key) for key, title in LINES.items()) == view.LINES
 
 
 @pytest.mark.parametrize("color", COLORINGS)

@@ -12,8 +12,8 @@ pytest.importorskip("ipywidgets")
 
 from heartgen import samples
 from heartgen.anatomy import Anatomy, analyze
-from heartgen.apps.panels.look import LookPanel
-from heartgen.apps.scene import GIVEN, WHOLE_OPACITY, mask_scene
+from heartgen.apps.mesh_scene import GIVEN, WHOLE_OPACITY, mask_scene
+from heartgen.apps.panels.view import ViewPanel
 from heartgen.apps.session import Session
 from heartgen.images import Mask
 
@@ -48,7 +48,7 @@ def test_moved_slices_are_seen_where_they_were(anatomy: Anatomy) -> None:
     colors = np.asarray(mask_scene(anatomy).edges.point_data["rgba"])
     gray = np.array([int(GIVEN[k : k + 2], 16) for k in (1, 3, 5)])
     given = np.all(colors[:, :3] == gray, axis=1)
-    told = any(finding.check == "shifts" for finding in anatomy.findings)
+    told = any(finding.check == "slice alignment" for finding in anatomy.findings)
     assert given.any() == told == bool(anatomy.slices.shifts.any())
 
 
@@ -60,7 +60,7 @@ def test_only_the_moved_stack_is_mended() -> None:
 
 def test_contours_are_offered_where_there_are_slices() -> None:
     session = Session()
-    panel = LookPanel(session)
+    panel = ViewPanel(session)
     offered = []
     for mask in (stack(0), samples.lifelike_lv(3.0).mask):
         session.anatomy = analyze(mask)

@@ -54,10 +54,10 @@ def test_fit_shows_the_steps_apart_from_the_results(fitted):
 def test_options_arrive(run, mask_file, tmp_path):
     outcome = run(
         "fit", mask_file, "-o", tmp_path, "--lod", 2, "--elements", "2x10x5",
-        "--truncate", "7.5", "--depth", "linear", "--basis", "lagrange",
+        "--truncate", "7.5", "--no-transmural-grading", "--basis", "lagrange",
         "--no-enhance", "--no-optimize", "--quality", 2.0, "--ventricles", "lv",
-        "--septum", "-1,0,0.5", "--base", "plane", "--apex", "hole", "--hole-radius", 6.0,
-        "--shifts", "off",
+        "--septal-direction", "-1,0,0.5", "--base", "plane", "--apex", "hole", "--hole-radius", 6.0,
+        "--slice-alignment", "off",
         "--insertion", "squared",
     )  # fmt: skip
     assert outcome.exit_code == 0, outcome.output
@@ -69,17 +69,17 @@ def test_options_arrive(run, mask_file, tmp_path):
         "enhance": False,
         "optimize": False,
         "quality": 2.0,
-        "least_quality": 0.0,
+        "min_jacobian_ratio": 0.0,
         "ventricles": "lv",
-        "depth": "linear",
+        "transmural_grading": False,
         "basis": "lagrange",
-        "septum": [-1.0, 0.0, 0.5],
+        "septal_direction": [-1.0, 0.0, 0.5],
         "base": "plane",
         "apex": "hole",
         "hole_radius": 6.0,
-        "shifts": "off",
+        "slice_alignment": "off",
         "insertion": "squared",
-        "interior": "straight",
+        "transmural_lines": "straight",
     }
 
 
@@ -139,7 +139,7 @@ def test_valid_mesh_without_success_is_written_and_flagged(
     monkeypatch.setattr(pipeline, "assess_quality", lambda mesh: replace(measure(mesh), mean=0.2))
     outcome = run("fit", mask_file, "-o", tmp_path)
     assert outcome.exit_code == 0
-    assert "not a success: the mean quality, 0.200, is not above 0.33" in outcome.stdout
+    assert "quality below the threshold (0.200, not above 0.33)" in outcome.stdout
     assert names(tmp_path) == files
 
 

@@ -14,7 +14,7 @@ from heartgen.fields.wall import wall_of
 from heartgen.mesh import HexMesh
 from heartgen.mesh.bernstein import lattice
 from heartgen.mesh.quadrature import gauss_cube
-from heartgen.mesh.surfaces import face_coefficients
+from heartgen.mesh.surface_faces import face_coefficients
 from tests.fields.test_fields import jump
 
 TILTED = FiberRule(transverse=(20.0, -10.0), sheet=(-65.0, 25.0))

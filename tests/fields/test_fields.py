@@ -12,12 +12,12 @@ from heartgen.errors import InputError, MeshError
 from heartgen.fields import FIELDS, heart_axes, make_fields
 from heartgen.fields.catalog import FIBER, SHEET, SHEET_NORMAL
 from heartgen.fields.frames import at_pole, wall_frames
-from heartgen.fields.patch import patch_of
+from heartgen.fields.patch_coordinates import patch_of
 from heartgen.mesh import HexMesh
 from heartgen.mesh.bernstein import lattice
+from heartgen.mesh.connectivity import coincident, probe
 from heartgen.mesh.field import MeshField
-from heartgen.mesh.sharing import coincident, probe
-from heartgen.mesh.surfaces import face_coefficients
+from heartgen.mesh.surface_faces import face_coefficients
 
 
 def by_name(mesh: HexMesh, *names: str, **options) -> dict[str, MeshField]:
@@ -90,9 +90,9 @@ def test_fields_move_with_the_heart(mesh: HexMesh) -> None:
     turn = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
     affine = np.eye(4)
     affine[:3, :3], affine[:3, 3] = turn, [30.0, -12.0, 5.0]
-    septum = heart_axes(mesh).septal
-    before = by_name(mesh, septum=septum)
-    after = by_name(mesh.transformed(affine), septum=turn @ septum)
+    septal_direction = heart_axes(mesh).septal
+    before = by_name(mesh, septal_direction=septal_direction)
+    after = by_name(mesh.transformed(affine), septal_direction=turn @ septal_direction)
     for name, field in before.items():
         turns = name in (FIBER, SHEET, SHEET_NORMAL)
         values = field.values @ turn.T if turns else field.values
@@ -149,7 +149,7 @@ def test_names_choose_and_wrong_ones_are_refused(lv: HexMesh) -> None:
 @pytest.mark.parametrize("direction", [(0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (np.nan, 0.0, 0.0)])
 def test_direction_that_tells_nothing_is_refused(land: HexMesh, direction) -> None:
     with pytest.raises(MeshError, match="does not tell where the septum is"):
-        make_fields(land, septum=direction)
+        make_fields(land, septal_direction=direction)
 
 
 def test_axes_of_a_ventricle_alone_are_assumed_or_given(land: HexMesh) -> None:

@@ -10,8 +10,8 @@ import pytest
 from benchmarks.solids import cut_volume, ellipsoid
 from heartgen.errors import MeshError
 from heartgen.fields.indices import DENSITY, clinical_indices
-from heartgen.fields.motion import global_strains
 from heartgen.fields.rims import basal_rim, enclosed_cavity, rims
+from heartgen.fields.strains import global_strains
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import volume
 

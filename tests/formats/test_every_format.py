@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from heartgen.formats import FORMATS, file_name, write_mesh
-from heartgen.formats.resampling.writing import CellFormat
+from heartgen.formats.resampling.cell_files import CellFormat
 from heartgen.mesh.jacobian import volume
 from heartgen.mesh.quadrature import EXACT, gauss_cube
 

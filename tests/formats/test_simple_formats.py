@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from heartgen.errors import HeartgenError, InputError, MeshError
 from heartgen.formats import FORMATS, Resampling, file_name, write_mesh
 from heartgen.formats.resampling import fidelity
-from heartgen.formats.resampling.writing import CellFormat
+from heartgen.formats.resampling.cell_files import CellFormat
 from heartgen.mesh import MeshField
 
 from .cells import KIND_OF_TYPE

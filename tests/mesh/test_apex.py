@@ -7,13 +7,13 @@ import pytest
 
 from heartgen.errors import MeshError
 from heartgen.mesh import HexMesh
-from heartgen.mesh.biventricular import Opening, biventricular_topology
+from heartgen.mesh.biventricular_topology import RvAttachment, biventricular_topology
 from heartgen.mesh.grading import RowGrading
 from heartgen.mesh.hermite import cup_topology
 from heartgen.mesh.hexmesh import Topology
 from heartgen.mesh.jacobian import jacobian_ratio, volume
 from heartgen.mesh.numbering import corner_nodes
-from heartgen.mesh.surfaces import enclosed_volume, sample_faces
+from heartgen.mesh.surface_faces import enclosed_volume, sample_faces
 from heartgen.mesh.validity import certify
 from heartgen.templates.ellipsoid import TruncatedEllipsoid
 from heartgen.templates.lv import ellipsoid_mesh
@@ -28,9 +28,9 @@ CUPS = {
     "hole": ((2, 5, 3), "hole"),
 }
 BOTH = {
-    "patch": ((2, 12, 8), Opening(5, 2, 1), "patch"),
-    "patch, high opening": ((3, 8, 6), Opening(3, 4, 2), "patch"),
-    "hole": ((2, 9, 4), Opening(4, 1, 1), "hole"),
+    "patch": ((2, 12, 8), RvAttachment(5, 2, 1), "patch"),
+    "patch, high opening": ((3, 8, 6), RvAttachment(3, 4, 2), "patch"),
+    "hole": ((2, 9, 4), RvAttachment(4, 1, 1), "hole"),
 }
 
 HOLE = 6.0
@@ -286,4 +286,4 @@ def test_a_patch_that_cannot_be_is_refused(shape: tuple[int, int, int]) -> None:
 
 def test_an_opening_into_the_patch_is_refused() -> None:
     with pytest.raises(MeshError, match="3 longitudinal"):
-        biventricular_topology((2, 12, 8), Opening(5, 1, 1), apex="patch")
+        biventricular_topology((2, 12, 8), RvAttachment(5, 1, 1), apex="patch")

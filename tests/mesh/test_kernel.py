@@ -22,7 +22,7 @@ from heartgen.mesh.hermite import cup_topology
 from heartgen.mesh.jacobian import determinants, jacobian_ratio, scaled_jacobian, volume
 from heartgen.mesh.projection import projector
 from heartgen.mesh.quadrature import gauss, gauss_cube
-from heartgen.mesh.surfaces import enclosed_volume, evaluate_faces, surface_area
+from heartgen.mesh.surface_faces import enclosed_volume, evaluate_faces, surface_area
 
 unit = st.floats(0, 1)
 

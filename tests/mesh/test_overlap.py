@@ -18,8 +18,8 @@ from heartgen.mesh.bernstein import lattice
 from heartgen.mesh.closest import closest_points
 from heartgen.mesh.hermite import cup_topology
 from heartgen.mesh.overlap import _crossed, overlapping
-from heartgen.mesh.pieces import apart, split, whole_faces
-from heartgen.mesh.surfaces import face_control, sample_faces
+from heartgen.mesh.subdivisions import apart, split, whole_faces
+from heartgen.mesh.surface_faces import face_control, sample_faces
 from heartgen.mesh.triangles import quads_cross
 from heartgen.mesh.validity import certify, certify_jacobian
 from heartgen.templates.biventricular import biventricular_template

@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 
 from heartgen.mesh.closest import closest_points
-from heartgen.mesh.freedom import FaceFreedom, Freedom
-from heartgen.mesh.surfaces import sample_faces
+from heartgen.mesh.dof_map import DofMap, FaceDofMap
+from heartgen.mesh.surface_faces import sample_faces
 from heartgen.optimization import misfit
 from heartgen.optimization.distances import MeshToPatient, PatientToMesh
 from heartgen.optimization.settings import FACE_GAUSS
-from heartgen.optimization.target import CUTS
+from heartgen.optimization.target import TRUNCATION_SURFACES
 from tests.optimization.hearts import Heart
 
 
-def faces_of(heart: Heart) -> tuple[FaceFreedom, np.ndarray]:
-    freedom = Freedom(heart.mesh.topology)
-    return FaceFreedom(freedom, heart.mesh.topology), heart.mesh.dofs[freedom.free]
+def faces_of(heart: Heart) -> tuple[FaceDofMap, np.ndarray]:
+    dof_map = DofMap(heart.mesh.topology)
+    return FaceDofMap(dof_map, heart.mesh.topology), heart.mesh.dofs[dof_map.free]
 
 
 def test_mesh_to_patient_is_the_mean_square_of_the_signed_distance(heart: Heart) -> None:
@@ -71,7 +71,7 @@ def test_the_data_of_a_face_weigh_what_it_is_given(heart: Heart) -> None:
 def test_misfit_is_the_mean_distance_from_the_patient(heart: Heart) -> None:
     distance, weight = [], []
     for name, points in heart.target.points.items():
-        assert name not in CUTS
+        assert name not in TRUNCATION_SURFACES
         rows = heart.mesh.topology.surfaces[name]
         distance.append(closest_points(heart.mesh, rows, points.points, 8).distance)
         weight.append(points.weights)

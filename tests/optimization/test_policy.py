@@ -16,14 +16,21 @@ from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.enhancement import enhance
 from heartgen.errors import Cancelled, InputError
 from heartgen.mesh import HexMesh
-from heartgen.mesh.freedom import FaceFreedom, Freedom
+from heartgen.mesh.dof_map import DofMap, FaceDofMap
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.projection import projector
-from heartgen.mesh.surfaces import face_control, sample_faces
+from heartgen.mesh.surface_faces import face_control, sample_faces
 from heartgen.mesh.validity import certify
-from heartgen.optimization import FitSettings, fit_target, misfit, optimize, policy, relax
+from heartgen.optimization import (
+    FitSettings,
+    curve_transmural_lines,
+    fit_target,
+    misfit,
+    optimize,
+    policy,
+)
 from heartgen.optimization.policy import raise_ratios
-from heartgen.optimization.settings import EASED_ROUNDS, GROWTH, MOST_RAISED, RAISED_ROUNDS
+from heartgen.optimization.settings import GROWTH, MOST_RAISED, RAISED_ROUNDS, RELAXED_ROUNDS
 from heartgen.options import QUALITY_LIMITS
 from heartgen.pipeline import Personalization
 from heartgen.warping import GAUSS, warp
@@ -45,14 +52,14 @@ def much(settings: FitSettings) -> FitSettings:
 
 def folded(mesh: HexMesh) -> HexMesh:
     """The mesh with a node of the outer surface pushed through the inner one."""
-    freedom = Freedom(mesh.topology)
-    q = mesh.dofs[freedom.free].copy()
+    dof_map = DofMap(mesh.topology)
+    q = mesh.dofs[dof_map.free].copy()
     corner = mesh.control[mesh.topology.index[:, 2] == 2][0]
     inner, outer = corner[0], corner[48]
     hit = np.flatnonzero(np.linalg.norm(q - outer, axis=1) < 1e-6)
     assert len(hit)
     q[hit] += 1.5 * (inner - outer)
-    return mesh.with_dofs(freedom.straight @ q)
+    return mesh.with_dofs(dof_map.straight @ q)
 
 
 def pinched(heart: Heart) -> HexMesh:
@@ -213,7 +220,7 @@ def test_once_valid_no_step_leaves_the_valid_meshes(
     assert set(weights[peak + 1 :]) == {GROWTH}
     assert set(eases[: peak + 2]) == {1.0}
     assert np.all(np.diff(eases[peak + 1 :]) < 0)
-    assert len(eases) == peak + 2 + EASED_ROUNDS
+    assert len(eases) == peak + 2 + RELAXED_ROUNDS
 
 
 def test_quality_may_cost_no_more_accuracy_than_allowed(heart: Heart) -> None:
@@ -229,7 +236,7 @@ def test_quality_may_cost_no_more_accuracy_than_allowed(heart: Heart) -> None:
 
 
 def test_material_points_keep_their_place_as_asked(left: Heart) -> None:
-    faces = FaceFreedom(Freedom(left.mesh.topology), left.mesh.topology)
+    faces = FaceDofMap(DofMap(left.mesh.topology), left.mesh.topology)
 
     def moved(place: float) -> float:
         settings = replace(left.settings(), place=place)
@@ -278,7 +285,7 @@ def usual() -> Personalization:
 
 def test_the_poorest_reaches_what_is_asked_for(usual: Personalization) -> None:
     least = usual.report.quality.min + 0.04
-    raised = heartgen.personalize(usual.mask, elements=ELEMENTS, least_quality=least).report
+    raised = heartgen.personalize(usual.mask, elements=ELEMENTS, min_jacobian_ratio=least).report
     assert raised.quality.min >= least
     assert raised.quality.valid
     assert not any("poorest" in f.message for f in raised.findings)
@@ -295,9 +302,9 @@ def test_where_all_reach_it_nothing_changes(heart: Heart) -> None:
 
 def test_a_relaxed_interior_raises_them_without_the_surfaces(usual: Personalization) -> None:
     mesh = usual.mesh
-    relaxed = relax(mesh)
+    relaxed = curve_transmural_lines(mesh)
     least = float(jacobian_ratio(relaxed).min()) + 0.02
-    raised = relax(mesh, least)
+    raised = curve_transmural_lines(mesh, least)
     assert jacobian_ratio(raised).min() >= least
     faces = mesh.topology.external
     assert np.array_equal(face_control(raised, faces), face_control(mesh, faces))
@@ -305,7 +312,7 @@ def test_a_relaxed_interior_raises_them_without_the_surfaces(usual: Personalizat
 
 def test_what_is_out_of_reach_is_told() -> None:
     mask = samples.ideal_cup(COARSE).mask
-    asked = heartgen.personalize(mask, elements=(1, 8, 4), least_quality=0.95).report
+    asked = heartgen.personalize(mask, elements=(1, 8, 4), min_jacobian_ratio=0.95).report
     assert asked.quality.valid
     (message,) = [f.message for f in asked.findings if "poorest" in f.message]
     assert f"{asked.quality.min:.3f}, not 0.95 as asked for" in message
@@ -332,10 +339,10 @@ def test_the_best_round_is_kept(heart: Heart) -> None:
 @pytest.mark.parametrize(
     ("choices", "words"),
     [
-        ({"least_quality": 1.0}, "cannot be asked of every element"),
-        ({"least_quality": -0.1}, "cannot be asked of every element"),
-        ({"least_quality": float("nan")}, "cannot be asked of every element"),
-        ({"least_quality": 0.3, "optimize": False}, "allow the optimization"),
+        ({"min_jacobian_ratio": 1.0}, "cannot be asked of every element"),
+        ({"min_jacobian_ratio": -0.1}, "cannot be asked of every element"),
+        ({"min_jacobian_ratio": float("nan")}, "cannot be asked of every element"),
+        ({"min_jacobian_ratio": 0.3, "optimize": False}, "allow the optimization"),
     ],
 )
 def test_what_cannot_be_asked_for(choices: dict[str, object], words: str) -> None:

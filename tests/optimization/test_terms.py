@@ -10,8 +10,8 @@ import pytest
 from heartgen.mesh.validity import certify
 from heartgen.optimization.assembly import Blocks
 from heartgen.optimization.distances import MeshToPatient, PatientToMesh
-from heartgen.optimization.lines import SurfaceLines
 from heartgen.optimization.quality import EvenJacobians, RightAngles
+from heartgen.optimization.surface_lines import SurfaceLines
 from heartgen.optimization.terms import Term
 from tests.optimization.hearts import Heart
 
@@ -35,7 +35,7 @@ def fine(heart: Heart) -> Heart:
 def place(heart: Heart, size: float = 0.1) -> np.ndarray:
     """Degrees of freedom of the mesh with every one disturbed, mm: no term is at rest."""
     energy, rng = heart.energy(), np.random.default_rng(0)
-    return energy.degrees(heart.mesh) + size * rng.standard_normal((energy.freedom.n, 3))
+    return energy.degrees(heart.mesh) + size * rng.standard_normal((energy.dof_map.n, 3))
 
 
 def term_of(heart: Heart, kind: type) -> Term:

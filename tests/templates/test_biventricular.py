@@ -8,7 +8,7 @@ import pytest
 from heartgen import samples
 from heartgen.anatomy import Anatomy, analyze
 from heartgen.mesh.jacobian import jacobian_ratio
-from heartgen.mesh.surfaces import sample_faces
+from heartgen.mesh.surface_faces import sample_faces
 from heartgen.options import Apex
 from heartgen.templates import biventricular_template
 from heartgen.templates.ellipsoid import fit_ellipsoid

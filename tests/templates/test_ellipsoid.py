@@ -12,7 +12,7 @@ from scipy.linalg import expm
 
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import jacobian_ratio
-from heartgen.mesh.surfaces import enclosed_volume, sample_faces
+from heartgen.mesh.surface_faces import enclosed_volume, sample_faces
 from heartgen.options import Apex
 from heartgen.templates.ellipsoid import TruncatedEllipsoid, _positive
 from heartgen.templates.lv import ellipsoid_mesh

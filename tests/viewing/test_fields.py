@@ -8,10 +8,10 @@ import pytest
 from heartgen.errors import InputError
 from heartgen.fields import aha_segment, heart_axes
 from heartgen.mesh import MeshField
-from heartgen.viewing.fibers import plot_fibers
-from heartgen.viewing.fields import LOOKS, plot_field, segment_color
+from heartgen.viewing.fiber_glyphs import plot_fibers
+from heartgen.viewing.fields import FIELD_STYLES, plot_field, segment_color
+from heartgen.viewing.polydata import mesh_surface, on_surface
 from heartgen.viewing.scene import can_render
-from heartgen.viewing.surfaces import mesh_surface, on_surface
 
 
 def test_fields_are_evaluated_where_the_surface_is(result):
@@ -24,11 +24,11 @@ def test_fields_are_evaluated_where_the_surface_is(result):
     assert (elements == mesh.topology.external[:, :1]).all()
 
 
-@pytest.mark.parametrize("color", [*LOOKS, "aha"])
+@pytest.mark.parametrize("color", [*FIELD_STYLES, "aha"])
 def test_every_field_makes_a_picture(result, color, tmp_path):
     plotter = plot_field(result.mesh, color, window_size=(200, 200))
-    if color in LOOKS:
-        assert LOOKS[color].title in "".join(plotter.scalar_bars.keys())
+    if color in FIELD_STYLES:
+        assert FIELD_STYLES[color].title in "".join(plotter.scalar_bars.keys())
     if can_render(plotter):
         path = tmp_path / "field.png"
         plot_field(result.mesh, color, screenshot=path, window_size=(200, 200)).close()

@@ -75,7 +75,7 @@ class SlicesPanel:
             for image in self.images:
                 image.value = blank()
             return
-        from heartgen.viewing.slices import SLICES, slice_view
+        from heartgen.viewing.slice_views import SLICES, slice_view
 
         view = slice_view(case.mask, self.session.anatomy)
         self._view = None  # the sliders say nothing while they are set
@@ -102,7 +102,7 @@ class SlicesPanel:
         """Draw a slice anew."""
         if self._view is None:
             return
-        from heartgen.viewing.slices import SLICES, draw_slice
+        from heartgen.viewing.slice_views import SLICES, draw_slice
 
         buffer = io.BytesIO()
         draw_slice(self._view, SLICES[i], self.sliders[i].value).savefig(buffer, dpi=DPI)
@@ -111,7 +111,7 @@ class SlicesPanel:
 
 def key_html(session: Session) -> str:
     """What the colors of the slices mean."""
-    from heartgen.viewing.slices import MYOCARDIUM, line_colors
+    from heartgen.viewing.slice_views import MYOCARDIUM, line_colors
 
     names = [(MYOCARDIUM, "mask")]
     if session.anatomy is not None:

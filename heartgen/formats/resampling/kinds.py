@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
-class Kind:
+class CellKind:
     """A kind of cell.
 
     Attributes
@@ -119,7 +119,7 @@ def _kind(
     count: int,
     vertices: int,
     faces: tuple[tuple[int, ...], ...],
-) -> Kind:
+) -> CellKind:
     nodes = _places(digits)[:count]
     powers = _places(" ".join(f"{a}{b}{c}" for c in range(3) for b in range(3) for a in range(3)))
     in_plane = powers[:, 0] + powers[:, 1]
@@ -134,7 +134,7 @@ def _kind(
         "tet4": powers.sum(1) <= 1,
         "tet10": powers.sum(1) <= 2,
     }
-    return Kind(name, order, nodes, vertices, _with_middles(faces, nodes), powers[spans[name]])
+    return CellKind(name, order, nodes, vertices, _with_middles(faces, nodes), powers[spans[name]])
 
 
 HEX8 = _kind("hex8", 1, _HEX, 8, 8, _HEX_FACES)

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import InputError, MeshError
-from heartgen.formats.resampling.kinds import CHOICES, HEX8, TET4, TET10, WEDGE6, WEDGES, Kind
+from heartgen.formats.resampling.kinds import CHOICES, HEX8, TET4, TET10, WEDGE6, WEDGES, CellKind
 from heartgen.formats.resampling.straightening import straightened
 from heartgen.formats.resampling.tetrahedra import Block, split
+from heartgen.mesh.connectivity import coincident, probe
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.sharing import coincident, probe
 
 POLE = 2
 """Face xi2 = 0, the one that may collapse; it does so along xi1."""
@@ -67,7 +67,7 @@ class Cells:
 
     Attributes
     ----------
-    kind : Kind
+    kind : CellKind
     nodes : (m, n) int
         Points of each cell.
     element : (m,) int
@@ -76,7 +76,7 @@ class Cells:
         Local coordinates of its nodes in that element.
     """
 
-    kind: Kind
+    kind: CellKind
     nodes: NDArray[np.intp]
     element: NDArray[np.intp]
     xi: NDArray[np.float64]
@@ -156,7 +156,7 @@ def resample(mesh: HexMesh, wanted: Resampling) -> Resampled:
     kind, (radial, around, along) = CHOICES[wanted.kind], wanted.pieces
     count = np.array([around, along, radial])
     topology = mesh.topology
-    grid = _Grid(mesh, count * kind.order)
+    grid = _CellGrid(mesh, count * kind.order)
     if kind in (TET4, TET10):
         whole = [grid.cells(HEX8, count), grid.cells(WEDGE6, count)]
         numbered = [(block, grid.numbers(block)) for block in whole if len(block[1])]
@@ -191,7 +191,7 @@ def _unfolded(mesh: Resampled) -> Resampled:
     return replace(mesh, points=straightened(mesh.points, blocks, on_surface))
 
 
-class _Grid:
+class _CellGrid:
     """An even grid of points in every element, numbered so that shared points are one."""
 
     def __init__(self, mesh: HexMesh, size: NDArray[np.intp]) -> None:
@@ -224,7 +224,7 @@ class _Grid:
         along = np.cumprod([1, *self.size[:2] + 1])
         return np.asarray(self.number[element[:, None], place @ along])
 
-    def cells(self, kind: Kind, count: NDArray[np.intp]) -> Block:
+    def cells(self, kind: CellKind, count: NDArray[np.intp]) -> Block:
         """All hexahedra that have not collapsed, or the wedges of those that have."""
         wedge = kind in (WEDGE6, *WEDGES.values())
         k, j, i = np.meshgrid(*[np.arange(n) for n in count[::-1]], indexing="ij")
