@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import heartgen
+from benchmarks.sparse import short_axis
 from heartgen import samples
 from heartgen.anatomy import analyze
 from heartgen.coverage import MOST_ABOVE, assess_coverage
@@ -64,6 +65,39 @@ def test_labeled_blood_in_the_wall_of_the_mesh_is_told(fitted: Personalization, 
     coverage = assess_coverage(fitted.mesh, replace(mask, blood=wider * np.uint8(code)), anatomy)
     assert coverage.blood > 0.06
     assert coverage.finding is not None
+
+
+@pytest.mark.parametrize("slices", [1, 3])
+def test_adjacent_slices_whose_pool_the_wall_fills_are_told(slices: int) -> None:
+    stack = short_axis(samples.lifelike_lv(COARSE).mask, 8.0)
+    result = heartgen.personalize(stack, lod=1)
+    assert result.report.coverage.filled == 0
+    centers = _centers(stack)
+    endo, epi = (
+        result.anatomy.surfaces[name].sample(centers)[0].reshape(stack.voxels.shape)
+        for name in ("lv_endo", "epi")
+    )
+    middle = np.unravel_index(
+        np.argmax(np.where(stack.voxels, np.minimum(endo, -epi), 0)), endo.shape
+    )
+    # A pool of its own, 4 mm around the middle of the wall, in some slices.
+    axis = stack.stack_axis
+    assert axis is not None
+    away = stack.to_world(np.array([middle], dtype=float)) - centers
+    away -= np.outer(away @ _across(stack), _across(stack))
+    tube = np.linalg.norm(away, axis=1).reshape(endo.shape) < 4
+    number = np.arange(endo.shape[axis]).reshape([-1 if a == axis else 1 for a in range(3)])
+    tube &= np.abs(number - middle[axis]) <= slices // 2
+    blood = np.where(tube, RIGHT_BLOOD, np.where(endo < 0, LEFT_BLOOD, 0)).astype(np.uint8)
+    coverage = assess_coverage(result.mesh, replace(stack, blood=blood), result.anatomy)
+    assert coverage.filled == slices
+    told = coverage.finding is not None and "adjacent slices" in coverage.finding.message
+    assert told == (slices > 1)
+
+
+def _across(stack: Mask) -> np.ndarray:
+    normal = stack.affine[:3, stack.stack_axis]
+    return np.asarray(normal / np.linalg.norm(normal))
 
 
 def _centers(mask: Mask) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,11 +12,14 @@ from numpy.testing import assert_allclose
 from scipy.integrate import quad
 from scipy.linalg import expm
 
+import heartgen
+from heartgen.anatomy import Anatomy, analyse
+from heartgen.images import Mask
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.surface_faces import enclosed_volume, sample_faces
 from heartgen.options import Apex
-from heartgen.templates.ellipsoid import TruncatedEllipsoid, _positive
+from heartgen.templates.ellipsoid import STRAIGHT, TruncatedEllipsoid, _positive, fit_ellipsoid
 from heartgen.templates.lv import ellipsoid_mesh
 from tests.templates.shapes import distance, radius
 
@@ -38,7 +43,8 @@ BENT = TruncatedEllipsoid(
 BLUNT = TruncatedEllipsoid(
     np.zeros(2), np.zeros(2), 25 * np.eye(2), 50.0, 0.2, 9.0, 5.0, taper=(0.25, 0.2)
 )
-SHAPES = {"cup": CUP, "bent": BENT, "blunt": BLUNT}
+SWAYING = replace(CUP, sway=np.array([[1.0, 0], [0.1, 0.05], [2e-3, 2e-3], [1e-5, 1e-5], [0, 0]]))
+SHAPES = {"cup": CUP, "bent": BENT, "blunt": BLUNT, "swaying": SWAYING}
 
 
 def polar_at(shape: TruncatedEllipsoid, height: float, depth: int) -> float:
@@ -131,3 +137,36 @@ def test_every_section_that_a_fit_may_try_is_positive_definite(p: list[float]) -
         section, expm(np.array([[p[0] + p[1], p[2]], [p[2], p[0] - p[1]]])), rtol=1e-9, atol=1e-9
     )
     assert np.linalg.eigvalsh(section).min() > 0
+
+
+def swaying_cup(sideways: float) -> Mask:
+    """A thick cup, 2 mm voxels, whose slender pool leaves the long axis to one side and back."""
+    place = np.stack(np.meshgrid(*(np.arange(-40, 42, 2.0),) * 2, np.arange(-80, 14, 2.0)), -1)
+    place = place.transpose(1, 0, 2, 3)
+    x, y, z = np.moveaxis(place, -1, 0)
+    middle = sideways * np.sin(2 * np.pi * z / 100)
+    pool = ((x - middle) ** 2 + y**2) / 9.0**2 + np.minimum(z, 0) ** 2 / 68.0**2 < 1
+    heart = (x**2 + y**2) / 25.0**2 + np.minimum(z, 0) ** 2 / 78.0**2 < 1
+    affine = np.diag([2.0, 2.0, 2.0, 1.0])
+    affine[:3, 3] = place[0, 0, 0]
+    return heartgen.mask_from_array(heart & ~pool & (z < 0), affine)
+
+
+def off_axis(anatomy: Anatomy, shape: TruncatedEllipsoid) -> float:
+    """How far the endocardium's pole lies outside the pool, mm; inside is below zero."""
+    pole = shape.points(np.zeros(1), np.full(1, 0.3), 0).mean(axis=0, keepdims=True)
+    return float(anatomy.surfaces["lv_endo"].sample(anatomy.to_world(pole))[0][0])
+
+
+def test_the_endocardium_follows_a_pool_that_leaves_the_axis() -> None:
+    anatomy = analyse(swaying_cup(7.0))
+    shape = fit_ellipsoid(anatomy)
+    assert shape.sway.any()
+    assert off_axis(anatomy, shape) < off_axis(anatomy, replace(shape, sway=STRAIGHT)) - 1
+    report = heartgen.personalize(swaying_cup(7.0), lod=1).report
+    assert report.success
+    assert report.accuracy.by_surface["lv_endo"] < 0.5
+
+
+def test_one_that_keeps_to_it_has_an_ellipsoid_alone() -> None:
+    assert not fit_ellipsoid(analyse(swaying_cup(1.0))).sway.any()
