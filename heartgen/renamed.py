@@ -39,7 +39,7 @@ OPTIONS: Mapping[str, tuple[str, Mapping[Any, Any]]] = {
 FLAGS: Mapping[str, str | Mapping[str, tuple[str, ...]]] = {
     "--no-refine": "--no-optimize",
     "--least-quality": "--min-jacobian-ratio",
-    "--depth": {"graded": (), "linear": ("--no-transmural-grading",)},
+    "--depth": {"graded": (), "linear": ("--no-grading",)},
     "--interior": {
         "straight": ("--transmural-lines", "straight"),
         "relaxed": ("--transmural-lines", "curved"),

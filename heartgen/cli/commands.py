@@ -126,10 +126,10 @@ def fit(
             "stay.",
         ),
     ] = "straight",
-    no_transmural_grading: Annotated[
+    no_grading: Annotated[
         bool,
         typer.Option(
-            "--no-transmural-grading",
+            "--no-grading",
             help="Depth in the wall proportional to the transmural coordinate, not graded for "
             "even elements.",
         ),
@@ -204,7 +204,7 @@ def fit(
             optimize=not no_optimize,
             quality=quality,
             min_jacobian_ratio=min_jacobian_ratio,
-            transmural_grading=not no_transmural_grading,
+            transmural_grading=not no_grading,
             apex=cast("Any", apex),
             hole_radius=hole_radius,
             insertion=cast("Any", insertion),

@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 from heartgen.cohort.cases import Case
-from heartgen.cohort.option_text import option_from_text
+from heartgen.cohort.option_text import setting_from_text
 from heartgen.errors import InputError
 from heartgen.images.file_kinds import stem
 from heartgen.images.selecting import Selection
@@ -75,7 +75,7 @@ def _case(folder: Path, cells: dict[str, str], selection: Selection) -> Case:
         )
     if "frame" in cells:
         selection = replace(selection, frame=cells["frame"])
-    choices = {n: option_from_text(n, cell) for n, cell in cells.items() if n not in COLUMNS}
+    choices = dict(setting_from_text(n, cell) for n, cell in cells.items() if n not in COLUMNS)
     name = cells.get("case", stem(mask))
     return Case(name, mask, cells.get("group", ""), selection, choices)
 

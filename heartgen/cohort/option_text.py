@@ -39,7 +39,6 @@ def option_from_text(name: str, text: str) -> Any:
         If there is no such option, or it is no such value.
     """
     hints = get_type_hints(Options)
-    name, text = new_setting(name, text)
     if name not in hints:
         raise InputError(f"there is no option {name!r}: choose among {', '.join(hints)}")
     kinds, text = _kinds(hints[name]), text.strip()
@@ -58,6 +57,12 @@ def option_from_text(name: str, text: str) -> Any:
     return int(number) if int in kinds and number.is_integer() else number
 
 
+def setting_from_text(name: str, text: str) -> tuple[str, Any]:
+    """Name and value of an option, of which the name may be a former one."""
+    name, text = new_setting(name, text)
+    return name, option_from_text(name, text)
+
+
 def settings_from_text(settings: Iterable[str]) -> dict[str, list[Any]]:
     """Options and their values from texts such as ``quality=0.5,1,2``.
 
@@ -72,9 +77,11 @@ def settings_from_text(settings: Iterable[str]) -> dict[str, list[Any]]:
         name = name.strip().replace("-", "_")
         if not equals or not values.strip():
             raise InputError(f"setting {setting!r} has no value: write it like quality=2")
+        read = [setting_from_text(name, value) for value in values.split(",")]
+        name = read[0][0]
         if name in found:
             raise InputError(f"option {name!r} is given twice: give all its values at once")
-        found[name] = [option_from_text(name, value) for value in values.split(",")]
+        found[name] = [value for _, value in read]
     return found
 
 

@@ -54,7 +54,7 @@ def test_fit_shows_the_steps_apart_from_the_results(fitted):
 def test_options_arrive(run, mask_file, tmp_path):
     outcome = run(
         "fit", mask_file, "-o", tmp_path, "--lod", 2, "--elements", "2x10x5",
-        "--truncate", "7.5", "--no-transmural-grading", "--basis", "lagrange",
+        "--truncate", "7.5", "--no-grading", "--basis", "lagrange",
         "--no-enhance", "--no-optimize", "--quality", 2.0, "--ventricles", "lv",
         "--septal-direction", "-1,0,0.5", "--base", "plane", "--apex", "hole", "--hole-radius", 6.0,
         "--slice-alignment", "off",

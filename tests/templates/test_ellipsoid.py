@@ -13,7 +13,7 @@ from scipy.integrate import quad
 from scipy.linalg import expm
 
 import heartgen
-from heartgen.anatomy import Anatomy, analyse
+from heartgen.anatomy import Anatomy, analyze
 from heartgen.images import Mask
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import jacobian_ratio
@@ -159,7 +159,7 @@ def off_axis(anatomy: Anatomy, shape: TruncatedEllipsoid) -> float:
 
 
 def test_the_endocardium_follows_a_pool_that_leaves_the_axis() -> None:
-    anatomy = analyse(swaying_cup(7.0))
+    anatomy = analyze(swaying_cup(7.0))
     shape = fit_ellipsoid(anatomy)
     assert shape.sway.any()
     assert off_axis(anatomy, shape) < off_axis(anatomy, replace(shape, sway=STRAIGHT)) - 1
@@ -169,4 +169,4 @@ def test_the_endocardium_follows_a_pool_that_leaves_the_axis() -> None:
 
 
 def test_one_that_keeps_to_it_has_an_ellipsoid_alone() -> None:
-    assert not fit_ellipsoid(analyse(swaying_cup(1.0))).sway.any()
+    assert not fit_ellipsoid(analyze(swaying_cup(1.0))).sway.any()
