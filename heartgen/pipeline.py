@@ -101,7 +101,7 @@ class Personalization:
         rule : FiberRule, optional
             Angles of the fibers.
         cells : {"hex8", "hex20", "hex27", "tet4", "tet10"}, optional
-            Cells for the formats of simple cells; the usual ones of each if omitted.
+            Cells for the formats of linear or quadratic cells; the usual ones of each if omitted.
 
         Returns
         -------

@@ -21,7 +21,7 @@ from heartgen.mesh import HexMesh
 from heartgen.mesh.bases import lagrange_extraction
 from heartgen.mesh.bernstein import lattice
 from heartgen.mesh.biventricular_topology import RvAttachment, biventricular_topology
-from heartgen.mesh.connectivity import coincident
+from heartgen.mesh.connectivity import merge_coincident
 from heartgen.mesh.numbering import corner_nodes
 from heartgen.options import Apex
 from heartgen.pipeline import Personalization
@@ -95,7 +95,7 @@ def plate(amplitude: float, radius: float) -> HexMesh:
     step = np.array([2 * np.pi / PER_WAVE, 1.0, 0.1])
     place = np.array([(i, j, 0) for j in range(HIGH) for i in range(around)])
     flat = (place[:, None] + lattice()).reshape(-1, 3) * step
-    number, first = coincident(flat)
+    number, first = merge_coincident(flat)
     x, y, depth = flat[first].T
     height = y + amplitude * np.sin(x)
     angle, away = x / radius, radius + depth

@@ -188,29 +188,29 @@ def _shape_of_volume(
     mask = _cropped(mask)
     voxel = float(np.prod(mask.spacing) ** (1 / 3))
     pools = find_pools(mask.voxels, mask.spacing, ventricles)
-    solid, levels = _levels(mask, pools)
+    filled, levels = _levels(mask, pools)
     wall = mask.voxels & ~pools.blood
     nearest = np.argmin([level.values for level in levels], axis=0)
     base = find_base(
         [mask.to_world(cavity.opening.astype(float)) for cavity in pools],
         [_centers(mask, wall & (nearest == n)) for n in range(len(levels))],
         _centers(mask, pools.left.pool),
-        solid,
+        filled,
         voxel,
         truncate,
         follow_rim,
     )
     if base.truncation is not None and pools.right is not None:
-        pools = pools.below(heights(solid, base.surface) < 0, mask.spacing)
-        solid, levels = _levels(mask, pools)
+        pools = pools.below(heights(filled, base.surface) < 0, mask.spacing)
+        filled, levels = _levels(mask, pools)
         wall = mask.voxels & ~pools.blood
     surfaces, thickened = mesh_surfaces(
-        dict(zip(POOL_SURFACES, levels, strict=False)), solid, base, voxel
+        dict(zip(POOL_SURFACES, levels, strict=False)), filled, base, voxel
     )
     return HeartShape(
         wall=wall,
         pools=tuple(cavity.pool for cavity in pools),
-        solid=solid,
+        filled=filled,
         levels=tuple(levels),
         base=base,
         voxel=voxel,
@@ -222,8 +222,8 @@ def _shape_of_volume(
 
 def _measured(shape: HeartShape) -> Anatomy:
     """Frame and sizes of a heart whose shape is known."""
-    base, solid, levels, voxel = shape.base, shape.solid, shape.levels, shape.voxel
-    below = heights(solid, base.surface) < 0
+    base, filled, levels, voxel = shape.base, shape.filled, shape.levels, shape.voxel
+    below = heights(filled, base.surface) < 0
     wall = shape.wall & below
     wall_points = shape.centers(wall)
     pool_points = [shape.below(pool) for pool in shape.pools]
@@ -235,7 +235,7 @@ def _measured(shape: HeartShape) -> Anatomy:
     frame, radius = heart_frame(pool_points, base.plane)
     length = -float(base.plane.height(pool_points[0]).min())
     distances = [level.values[wall] for level in levels]
-    outside = -solid.values[wall]
+    outside = -filled.values[wall]
     depth = -base.surface.height(wall_points) / length
     typical, apex = wall_thickness((distances[0], outside), distances[1:], depth, "wall")
     return Anatomy(
@@ -275,8 +275,8 @@ def _cropped(mask: Mask) -> Mask:
 
 def _levels(mask: Mask, pools: BloodPools) -> tuple[LevelSet, list[LevelSet]]:
     """Signed distances of wall and pools together, and of each pool."""
-    solid = ndi.binary_fill_holes(mask.voxels | pools.blood)
-    first, *others = signed_distances([solid, *(cavity.pool for cavity in pools)], mask.affine)
+    filled = ndi.binary_fill_holes(mask.voxels | pools.blood)
+    first, *others = signed_distances([filled, *(cavity.pool for cavity in pools)], mask.affine)
     return first, others
 
 

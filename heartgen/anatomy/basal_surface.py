@@ -1,4 +1,4 @@
-"""The basal sheet: a smooth surface through a rim that rises and falls with the valves."""
+"""The basal surface: a smooth one through a rim that rises and falls with the valves."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ SMOOTHING = 2e-2
 
 HIGHEST = 0.1
 """Height over the plane, in lengths of the ventricle, above which a rim is an outflow tract that
-the sheet passes through."""
+the surface passes through."""
 
 MARGIN = 0.15
-"""How far beyond the rim the sheet is known, in lengths of the ventricle."""
+"""How far beyond the rim the surface is known, in lengths of the ventricle."""
 
 CELLS = 128
-"""Cells of the sheet's grid along its longer side."""
+"""Cells of the surface's grid along its longer side."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class BasalSurface:
     spacing : float
         Of the grid, mm.
     bumps : (i, j) float64
-        Height of the sheet over the plane at the nodes of the grid, mm.
+        Height of the surface over the plane at the nodes of the grid, mm.
     """
 
     plane: Plane
@@ -49,19 +49,19 @@ class BasalSurface:
     bumps: NDArray[np.float64]
 
     def height(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Height over the sheet of (n, 3) points along the plane's normal, mm: (n,)."""
+        """Height over the surface of (n, 3) points along the plane's normal, mm: (n,)."""
         place = (points - self.plane.origin) @ self.axes.T
         grid = (place - self.corner) / self.spacing
         bump = ndi.map_coordinates(self.bumps, grid.T, order=1, mode="nearest")
         return np.asarray(self.plane.height(points) - bump)
 
     def shifted(self, distance: float) -> BasalSurface:
-        """Return the same sheet `distance` mm towards the base."""
+        """Return the same surface `distance` mm towards the base."""
         return replace(self, plane=self.plane.shifted(distance))
 
 
 def fit_basal_surface(plane: Plane, rim: NDArray[np.float64], length: float) -> BasalSurface:
-    """Smooth sheet through a rim.
+    """Smooth surface through a rim.
 
     Parameters
     ----------

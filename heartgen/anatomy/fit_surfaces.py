@@ -25,7 +25,7 @@ RIM_VOXELS = 2.0
 
 
 def mesh_surfaces(
-    pools: dict[str, LevelSet], solid: LevelSet, base: Base, voxel: float
+    pools: dict[str, LevelSet], filled: LevelSet, base: Base, voxel: float
 ) -> tuple[dict[str, LevelSet], bool]:
     """Level sets of the named surfaces of the mesh.
 
@@ -33,7 +33,7 @@ def mesh_surfaces(
     ----------
     pools : dict of str to LevelSet
         Signed distance of each blood pool, by the name of its surface.
-    solid : LevelSet
+    filled : LevelSet
         Signed distance of wall and pools together.
     base : Base
     voxel : float
@@ -54,11 +54,11 @@ def mesh_surfaces(
     surfaces, thickened = {}, False
     for name, pool in pools.items():
         others = [other for key, other in pools.items() if key != name]
-        inner, thin = _with_wall(pool, solid, others, base, least)
+        inner, thin = _with_wall(pool, filled, others, base, least)
         surfaces[name] = _continued(inner, base, rim)
         thickened |= thin
-    surfaces["epi"] = _continued(solid, base, rim)
-    surfaces["base"] = LevelSet(heights(solid, base.surface), solid.affine) if flat else solid
+    surfaces["epi"] = _continued(filled, base, rim)
+    surfaces["base"] = LevelSet(heights(filled, base.surface), filled.affine) if flat else filled
     return surfaces, thickened
 
 
@@ -112,14 +112,14 @@ def _continued(level: LevelSet, base: Base, rim: float) -> LevelSet:
 
 
 def _with_wall(
-    pool: LevelSet, solid: LevelSet, others: list[LevelSet], base: Base, least: float
+    pool: LevelSet, filled: LevelSet, others: list[LevelSet], base: Base, least: float
 ) -> tuple[LevelSet, bool]:
     """Pool kept at a least distance from the outside and from the other pools (not at the base).
 
     Half the distance between two pools is taken from each. Also whether that changed the pool.
     """
     depth = -heights(pool, base.surface) / np.float32(WALL_ONSET * least)
-    inner = solid.values + np.float32(least) * np.clip(depth, 0, 1)
+    inner = filled.values + np.float32(least) * np.clip(depth, 0, 1)
     for other in others:
         inner = np.maximum(inner, (pool.values - other.values + np.float32(least)) / 2)
     thin = (pool.values < 0) & (inner > 0) & (depth > 1)

@@ -75,7 +75,7 @@ class HeartShape:
         Myocardium without what was taken for pool.
     pools : tuple of (nx, ny, nz) bool
         The left pool, then the right one if there is one.
-    solid : LevelSet
+    filled : LevelSet
         Signed distance of wall and pools together.
     levels : tuple of LevelSet
         Signed distance of each pool.
@@ -92,7 +92,7 @@ class HeartShape:
 
     wall: NDArray[np.bool_]
     pools: tuple[NDArray[np.bool_], ...]
-    solid: LevelSet
+    filled: LevelSet
     levels: tuple[LevelSet, ...]
     base: Base
     voxel: float
@@ -103,7 +103,7 @@ class HeartShape:
 
     def centers(self, voxels: NDArray[np.bool_]) -> NDArray[np.float64]:
         """World coordinates (n, 3), mm, LPS, of the voxels that are set."""
-        affine = self.solid.affine
+        affine = self.filled.affine
         index = np.argwhere(voxels).astype(float)
         return np.asarray(index @ affine[:3, :3].T + affine[:3, 3])
 

@@ -53,23 +53,23 @@ def shape_of_stack(sections: ShortAxisContours, truncate: float | str) -> HeartS
         )
     heart, pools = _parts(sections)
     z, affine = _grid(stack, heart)
-    solid, *levels = level_distances(
+    filled, *levels = level_distances(
         [np.moveaxis(part.at(z), 0, 2) for part in (heart, *pools)], affine
     )
     base = _base(stack, pools[0], truncate)
     voxel = float(np.prod(np.linalg.norm(affine[:3, :3], axis=0)) ** (1 / 3))
-    surfaces, _ = mesh_surfaces(dict(zip(POOL_SURFACES, levels, strict=False)), solid, base, voxel)
+    surfaces, _ = mesh_surfaces(dict(zip(POOL_SURFACES, levels, strict=False)), filled, base, voxel)
     blood = np.min([level.values for level in levels], axis=0)
-    wall = np.maximum(solid.values, -blood)
+    wall = np.maximum(filled.values, -blood)
     return HeartShape(
         wall=wall < 0,
         pools=tuple(level.values < 0 for level in levels),
-        solid=solid,
+        filled=filled,
         levels=tuple(levels),
         base=base,
         voxel=voxel,
         surfaces=surfaces,
-        myocardium=LevelSet(np.maximum(wall, heights(solid, base.plane)), affine),
+        myocardium=LevelSet(np.maximum(wall, heights(filled, base.plane)), affine),
         findings=(*sections.findings, _interpolated(stack, voxel)),
         slices=_slices(sections, surfaces),
     )

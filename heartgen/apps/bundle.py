@@ -49,7 +49,7 @@ def make_bundle(
     levels : iterable of Outcome
         Other levels of detail of the case, for the picture that compares them.
     cells : {"hex8", "hex20", "hex27", "tet4", "tet10"}, optional
-        Cells for the formats of simple cells; the usual ones of each if omitted.
+        Cells for the formats of linear or quadratic cells; the usual ones of each if omitted.
 
     Returns
     -------

@@ -52,7 +52,7 @@ def convert(
         typer.Option(
             metavar="hex8|hex20|hex27|tet4|tet10",
             show_default=False,
-            help="Cells to which the mesh is resampled, for formats of simple cells.",
+            help="Cells to which the mesh is resampled, for formats of linear or quadratic cells.",
         ),
     ] = None,
     pieces: Annotated[

@@ -35,7 +35,8 @@ def length_share(mesh: HexMesh, axis: int, among: Mask | None = None) -> Array:
     Returns
     -------
     (e, 64) float64
-        On the lattice of each element, xi1 fastest; 0 where the line starts and 1 where it ends.
+        At the Lagrange nodes of each element, xi1 fastest; 0 where the line starts and 1 where it
+        ends.
     """
     within = np.moveaxis(lengths(mesh, axis).reshape(-1, ORDER, ORDER, ORDER), 3 - axis, -1)
     start = np.zeros(within.shape[:-1])

@@ -34,7 +34,7 @@ def longitudinal(mesh: HexMesh) -> Array:
     Returns
     -------
     (e, 64) float64
-        On the lattice of each element.
+        At the Lagrange nodes of each element.
     """
     topology = mesh.topology
     patch = patch_of(topology)
@@ -69,7 +69,7 @@ def circumferential(mesh: HexMesh, axes: HeartAxes) -> Array:
     Returns
     -------
     (e, 64) float64, rad
-        On the lattice of each element; between -pi and pi in the middle of an element, and
+        At the Lagrange nodes of each element; between -pi and pi in the middle of an element, and
         continuous within it.
     """
     topology = mesh.topology

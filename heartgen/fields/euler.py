@@ -26,7 +26,8 @@ def fiber_angles(mesh: HexMesh, frames: Array) -> Array:
     ----------
     mesh : HexMesh
     frames : (e, 64, 3, 3) float64
-        Of `heartgen.fields.fiber_frames`: orthonormal columns on the lattice of each element.
+        Of `heartgen.fields.fiber_frames`: orthonormal columns at the Lagrange nodes of each
+        element.
 
     Returns
     -------

@@ -103,7 +103,7 @@ def rule_from_text(text: str) -> FiberRule:
 
 
 def fiber_frames(mesh: HexMesh, rule: FiberRule | None = None) -> Array:
-    """Fiber, sheet and sheet-normal directions on the lattice of each element.
+    """Fiber, sheet and sheet-normal directions at the Lagrange nodes of each element.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def fiber_frames(mesh: HexMesh, rule: FiberRule | None = None) -> Array:
 
 
 def helix_angle(wall: Wall, rule: FiberRule) -> Array:
-    """Helix angle (e, 64), degrees, on the lattice of each element."""
+    """Helix angle (e, 64), degrees, at the Lagrange nodes of each element."""
     left = _linear(rule.helix, wall.depth)
     septal = _linear((rule.helix[0], -rule.right_helix[0]), wall.depth)
     free = _linear(rule.right_helix, wall.depth)

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from heartgen.fields.coordinate_lines import lines
 from heartgen.mesh.bernstein import lattice
-from heartgen.mesh.connectivity import SAME, probe
+from heartgen.mesh.connectivity import SAME, generic_mesh
 from heartgen.mesh.hexmesh import Topology
 
 Array = NDArray[np.float64]
@@ -109,7 +109,7 @@ def perimeter(square: Array) -> Array:
 def _start(topology: Topology, patch: PatchCoordinates) -> float:
     """Column coordinate of the ring at a = 1, b = 0."""
     xi = lattice()
-    places = probe(topology).evaluate(xi)
+    places = generic_mesh(topology).evaluate(xi)
     ring = np.setdiff1d(np.arange(topology.n_elements), patch.elements)
     ring = ring[topology.index[ring, 2] == topology.index[ring, 2].min()]
     edge = xi[:, 1] == 0

@@ -31,7 +31,7 @@ SHARPNESS = 4
 
 @dataclass(frozen=True)
 class Wall:
-    """Places in the wall, on the lattice of each element.
+    """Places in the wall, at the Lagrange nodes of each element.
 
     Attributes
     ----------

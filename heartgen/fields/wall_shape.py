@@ -33,7 +33,7 @@ def wall_thickness(mesh: HexMesh) -> Array:
     Returns
     -------
     (e, 64) float64, mm
-        On the lattice of each element. It jumps where the walls of the two ventricles meet.
+        At the Lagrange nodes of each element. It jumps where the walls of the two ventricles meet.
     """
     points = mesh.lagrange_points()
     runs = lines(mesh.topology, 2)

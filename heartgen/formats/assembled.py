@@ -81,7 +81,7 @@ def assembled(
         parts=dict(parts),
         patches=dict(patches),
         basis=basis,
-        joined=dofs / extent if basis == "hermite" else None,
+        generic_dofs=dofs / extent if basis == "hermite" else None,
     )
     other = _unnamed(topology)
     if len(other):

@@ -17,7 +17,7 @@ from heartgen.formats.groups import Group, named_groups, segment_groups
 from heartgen.formats.nodal import nodal_parameters
 from heartgen.formats.skeleton import Skeleton, skeleton
 from heartgen.mesh.bernstein import lattice
-from heartgen.mesh.connectivity import coincident, probe
+from heartgen.mesh.connectivity import generic_mesh, merge_coincident
 from heartgen.mesh.field import MeshField, fitting
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.lagrange_nodes import shared_points
@@ -217,8 +217,8 @@ def _hermite(mesh: HexMesh) -> ExBlock:
 
 
 def _lagrange(mesh: HexMesh) -> ExBlock:
-    places = probe(mesh.topology).evaluate(lattice())
-    number, first = coincident(places.reshape(-1, 3))
+    places = generic_mesh(mesh.topology).evaluate(lattice())
+    number, first = merge_coincident(places.reshape(-1, 3))
     values = mesh.lagrange_points().reshape(-1, 3)[first]
     return _on_lattice(number.reshape(mesh.n_elements, -1), _coordinates(values))
 

@@ -16,17 +16,17 @@ from scipy.spatial import cKDTree
 from heartgen.mesh.hexmesh import HexMesh, Topology
 
 SAME = 1e-9
-"""Distance below which two places of the probe are one: far above the rounding of places of
+"""Distance below which two places of the generic mesh are one: far above the rounding of places of
 size 1, and far below what sets different combinations apart."""
 
 
-def probe(topology: Topology) -> HexMesh:
+def generic_mesh(topology: Topology) -> HexMesh:
     """Mesh of a topology with random degrees of freedom, always the same ones, of size 1.
 
     If elements do not meet under random ones, the degrees of freedom are those under which they do.
     """
-    joined = topology.joined
-    return HexMesh(random_dofs(topology) if joined is None else joined, topology)
+    generic_dofs = topology.generic_dofs
+    return HexMesh(random_dofs(topology) if generic_dofs is None else generic_dofs, topology)
 
 
 def random_dofs(topology: Topology) -> NDArray[np.float64]:
@@ -34,13 +34,13 @@ def random_dofs(topology: Topology) -> NDArray[np.float64]:
     return np.random.default_rng(0).standard_normal((topology.extraction.shape[1], 3))
 
 
-def coincident(places: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def merge_coincident(places: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Number places so that those that coincide get the same number.
 
     Parameters
     ----------
     places : (n, d) float64
-        Of a `probe`.
+        Of a `generic_mesh`.
 
     Returns
     -------

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.mesh.bernstein import lattice
-from heartgen.mesh.connectivity import coincident, probe
+from heartgen.mesh.connectivity import generic_mesh, merge_coincident
 from heartgen.mesh.field import MeshField
 from heartgen.mesh.hexmesh import Topology
 from heartgen.mesh.surface_faces import face_coefficients
@@ -36,7 +36,7 @@ def shared_points(
     first : (m,) int
         Where each point appears first among the 64 e.
     """
-    shape, xi = probe(topology), lattice()
+    shape, xi = generic_mesh(topology), lattice()
     key = np.zeros((topology.n_elements, len(xi), 6))
     key[..., :3] = shape.evaluate(xi)
     slopes = shape.gradient(xi)
@@ -44,10 +44,10 @@ def shared_points(
         # The points of a collapsed face are told apart by the direction in which they leave it.
         on = face_coefficients()[face]
         key[element, on, 3:] = slopes[element, on, :, face // 2]
-    number, first = coincident(key.reshape(-1, 6))
+    number, first = merge_coincident(key.reshape(-1, 6))
     values = [f.values.reshape(len(number), -1) for f in fields if not f.per_element]
     if values:
         largest = [max(float(np.abs(v).max()), np.finfo(float).tiny) for v in values]
         relative = [v / size for v, size in zip(values, largest, strict=True)]
-        number, first = coincident(np.column_stack([number, *relative]))
+        number, first = merge_coincident(np.column_stack([number, *relative]))
     return number.reshape(len(key), -1), first

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import InputError, MeshError
-from heartgen.mesh.connectivity import coincident, probe
+from heartgen.mesh.connectivity import generic_mesh, merge_coincident
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.surface_faces import tessellate
 
@@ -76,8 +76,8 @@ def _triangles(mesh: HexMesh, to_index: NDArray[np.float64]) -> NDArray[np.float
     while n < FINEST and _sag(mesh, faces, n, to_index) > FLATNESS:
         n *= 2
     points, quads = tessellate(mesh, faces, n)
-    places, _ = tessellate(probe(mesh.topology), faces, n)
-    number, first = coincident(places)
+    places, _ = tessellate(generic_mesh(mesh.topology), faces, n)
+    number, first = merge_coincident(places)
     corner = number[quads]
     triangles = np.concatenate([corner[:, [0, 1, 2]], corner[:, [0, 2, 3]]])
     triangles = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(1)]  # none at the pole

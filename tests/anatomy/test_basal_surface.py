@@ -26,26 +26,30 @@ def ring(height, n=72):
 
 
 def test_flat_rim_makes_the_plane():
-    sheet = fit_basal_surface(PLANE, ring(lambda a: 0 * a), LENGTH)
+    basal_surface = fit_basal_surface(PLANE, ring(lambda a: 0 * a), LENGTH)
     points = world(*np.random.default_rng(1).uniform(-28, 28, (3, 200)))
-    assert sheet.height(points) == pytest.approx(PLANE.height(points), abs=1e-9)
+    assert basal_surface.height(points) == pytest.approx(PLANE.height(points), abs=1e-9)
 
 
 def test_sheet_follows_a_smooth_rim_and_no_noise():
     noise = np.random.default_rng(2).normal(0, 1, 72)
     rim = ring(lambda a: 5 * np.cos(2 * a))
-    sheet = fit_basal_surface(PLANE, ring(lambda a: 5 * np.cos(2 * a) + noise), LENGTH)
-    off = sheet.height(rim)
+    basal_surface = fit_basal_surface(PLANE, ring(lambda a: 5 * np.cos(2 * a) + noise), LENGTH)
+    off = basal_surface.height(rim)
     assert np.sqrt(np.mean(off**2)) < 0.8
     assert np.sqrt(np.mean(PLANE.height(rim) ** 2)) > 3
 
 
 def test_height_is_along_the_normal_and_shifts_with_the_sheet():
-    sheet = fit_basal_surface(PLANE, ring(lambda a: 4 * np.sin(a) + 3 * np.cos(3 * a)), LENGTH)
+    basal_surface = fit_basal_surface(
+        PLANE, ring(lambda a: 4 * np.sin(a) + 3 * np.cos(3 * a)), LENGTH
+    )
     points = world(*np.random.default_rng(3).uniform(-30, 30, (3, 100)))
     lifted = points + 7 * PLANE.normal
-    assert sheet.height(lifted) == pytest.approx(sheet.height(points) + 7)
-    assert sheet.shifted(-2).height(points) == pytest.approx(sheet.height(points) + 2)
+    assert basal_surface.height(lifted) == pytest.approx(basal_surface.height(points) + 7)
+    assert basal_surface.shifted(-2).height(points) == pytest.approx(
+        basal_surface.height(points) + 2
+    )
 
 
 def test_sheet_moves_with_the_heart():
@@ -60,8 +64,8 @@ def test_sheet_moves_with_the_heart():
 
 def test_outflow_tract_is_passed_through():
     tube = ring(lambda a: np.where(np.abs(a - np.pi) < 0.5, 40.0, 0.0))
-    sheet = fit_basal_surface(PLANE, tube, LENGTH)
-    over = PLANE.height(tube) - sheet.height(tube)
+    basal_surface = fit_basal_surface(PLANE, tube, LENGTH)
+    over = PLANE.height(tube) - basal_surface.height(tube)
     assert over.max() < HIGHEST * LENGTH + 1
 
 

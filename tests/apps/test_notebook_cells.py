@@ -8,13 +8,13 @@ import pytest
 
 pytest.importorskip("trame_vtk")
 
-from heartgen.apps import compare, look
+from heartgen.apps import compare, view
 from heartgen.errors import InputError
 
 
 def test_a_result_can_be_looked_at(finished):
     result = finished.shown.result
-    widget = look(result)
+    widget = view(result)
     assert widget.session.shown.result is result
     assert widget.session.anatomy is result.anatomy
     widget.session.close()

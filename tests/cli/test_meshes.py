@@ -1,4 +1,4 @@
-"""`heartgen rasterize`, `heartgen render`, and `heartgen convert` to simple cells."""
+"""`heartgen rasterize`, `heartgen render`, and `heartgen convert` to linear or quadratic cells."""
 
 from __future__ import annotations
 

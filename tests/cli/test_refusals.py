@@ -55,7 +55,7 @@ def test_bad_mask_is_told_in_a_sentence(run, save, names, name, command, tmp_pat
         (["fit", "text.nii", "-o", "out", "--septal-direction", "left"], "is not three numbers"),
         (["fit", "text.nii", "-o", "out", "--septal-direction", "0,0,0"], "is not a direction"),
         (["fit", "text.nii", "-o", "out", "--septal-direction", "nan,0,1"], "is not a direction"),
-        (["fit", "text.nii", "-o", "out", "--fields", "fibers"], "choose among coordinates, aha"),
+        (["fit", "text.nii", "-o", "out", "--fields", "fibrils"], "choose among coordinates, aha"),
         (["fit", "text.nii", "-o", "out", "--fiber-angles", "helix=60"], "cannot be read"),
         (["fit", "text.nii", "-o", "out", "--fiber-angles", "spiral=1/2"], "give helix, right"),
         (["fit", "text.nii", "-o", "out", "--fiber-angles", "helix=999/0"], "not two angles"),

@@ -1,4 +1,4 @@
-"""What tests of formats of simple cells share: fields, files, and a comparison by VTK."""
+"""What tests of linear or quadratic cells share: fields, files, and a comparison by VTK."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Meshes resampled to simple cells."""
+"""Meshes resampled to linear or quadratic cells."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a mesh to a file of simple cells: resample, measure, sample the fields, write, tell."""
+"""From a mesh to a file of linear or quadratic cells: resample, measure, sample fields, write."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CellWriter = Callable[[Resampled, Path, Data], Written]
 
 @dataclass(frozen=True)
 class CellFormat:
-    """How a format of simple cells is written.
+    """How a format of linear or quadratic cells is written.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Jacobians of simple cells: whether they fold, and how good they are."""
+"""Jacobians of linear and quadratic cells: whether they fold, and how good they are."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A mesh as many simple cells: hexahedra, wedges where elements collapse, or tetrahedra."""
+"""A mesh as linear or quadratic cells: hexahedra, wedges where elements collapse, tetrahedra."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from heartgen.errors import InputError, MeshError
 from heartgen.formats.resampling.kinds import CHOICES, HEX8, TET4, TET10, WEDGE6, WEDGES, CellKind
 from heartgen.formats.resampling.straightening import straightened
 from heartgen.formats.resampling.tetrahedra import Block, split
-from heartgen.mesh.connectivity import coincident, probe
+from heartgen.mesh.connectivity import generic_mesh, merge_coincident
 from heartgen.mesh.hexmesh import HexMesh
 
 POLE = 2
@@ -84,7 +84,9 @@ class Cells:
 
 @dataclass(frozen=True)
 class Resampled:
-    """A mesh of simple cells. Points that elements share are one point, the pole's as well.
+    """A mesh of linear or quadratic cells.
+
+    Points that elements share are one point, the pole's as well.
 
     Attributes
     ----------
@@ -134,7 +136,7 @@ class Resampled:
 
 
 def resample(mesh: HexMesh, wanted: Resampling) -> Resampled:
-    """Resample a mesh to simple cells.
+    """Resample a mesh to linear or quadratic cells.
 
     All nodes lie on the mesh, but for some of quadratic cells that would fold: those between
     vertices then move towards the straight cell as far as needed.
@@ -199,7 +201,7 @@ class _CellGrid:
         steps = [np.linspace(0, 1, n + 1) for n in size]
         k, j, i = np.meshgrid(*steps[::-1], indexing="ij")
         xi = np.stack([i.ravel(), j.ravel(), k.ravel()], -1)
-        number, first = coincident(probe(topology).evaluate(xi).reshape(-1, 3))
+        number, first = merge_coincident(generic_mesh(topology).evaluate(xi).reshape(-1, 3))
         self.points = mesh.evaluate(xi).reshape(-1, 3)[first]
         self.number = number.reshape(topology.n_elements, -1)
         self.collapsed = np.zeros(topology.n_elements, dtype=bool)
