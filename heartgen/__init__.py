@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
+GLOSSARY = "https://github.com/heartgen/heartgen/blob/HEAD/docs/glossary.md"
+"""Page of the words that users meet, with their units."""
+
 sys.meta_path.append(FormerModules())
 
 __all__ = [

@@ -164,9 +164,12 @@ NAMES: Mapping[str, Mapping[str, str]] = {
         "poorer": "min_jacobian_ratio_missed",
     },
     "heartgen.anatomy.basal_surface": {"Sheet": "BasalSurface", "fit_sheet": "fit_basal_surface"},
+    "heartgen.anatomy.right_ventricle": {"RightVentricle": "RvAnatomy"},
     "heartgen.fields.fibers": {"FibreRule": "FiberRule", "fibre_frames": "fiber_frames"},
     "heartgen.mesh.biventricular_topology": {"Opening": "RvAttachment"},
+    "heartgen.mesh.connectivity": {"coincident": "merge_coincident", "probe": "generic_mesh"},
     "heartgen.mesh.dof_map": {"FaceFreedom": "FaceDofMap", "Freedom": "DofMap"},
+    "heartgen.mesh.surface_chart": {"Sheet": "SurfaceChart"},
     "heartgen.viewing.fiber_glyphs": {"plot_fibres": "plot_fibers", "add_fibres": "add_fibers"},
 }
 """Names in modules, by the modules' new names."""

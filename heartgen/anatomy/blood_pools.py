@@ -147,7 +147,7 @@ def find_pools(
 
 
 def _separate(space: Space) -> list[NDArray[np.bool_]]:
-    """The deepest pocket, and every other that a wall encloses and that is large enough."""
+    """The deepest part of the hull's residue, and others that are enclosed and large enough."""
     found = [deepest_residue(space, space.empty)]
     deepest = float(space.depth.max())
     least = core_radius(space, space.empty)

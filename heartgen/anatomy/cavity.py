@@ -16,7 +16,7 @@ CORE_DEPTH = 0.15
 from hollows on the outside of the heart that it touches over a low rim or through a pin-hole."""
 
 EXPOSED = 0.3
-"""Share of a pocket's faces on the hull above which it lies outside the wall."""
+"""Share of a part's faces on the hull above which it lies outside the wall."""
 
 MUSCLE_RADIUS = 0.4
 """Papillary muscles and trabeculae up to this radius, over the pool's inner radius, are pool."""
@@ -122,12 +122,12 @@ def find_cavity(space: Space, seed_region: NDArray[np.bool_], ventricle: str) ->
     far = _far(opening, pool, space.spacing, inner_radius)
     leaks = _leaks(whole | pool, space.hull, opening, far)
     outside = (~space.hull & far) | (space.empty & ~seed_region)
-    pool = pool | _crevices(whole, pool, outside, space.spacing)
+    pool = pool | _narrow_recesses(whole, pool, outside, space.spacing)
     return Cavity(pool, opening, int((muscle & space.wall).sum()), leaks)
 
 
 def deepest_residue(space: Space, part: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Core of the deepest pocket in a part of the empty space, and its surroundings.
+    """Core of the deepest part of the convex hull's residue, and its surroundings.
 
     Parameters
     ----------
@@ -218,7 +218,7 @@ def exposure(
 def _with_enclosed(
     pool: NDArray[np.bool_], empty: NDArray[np.bool_], hull: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """Pool and all enclosed pockets."""
+    """Pool and all enclosed parts of the residue."""
     rest, count = ndi.label(empty & ~pool)
     if count == 0:
         return pool
@@ -299,7 +299,7 @@ def _leaks(
     )
 
 
-def _crevices(
+def _narrow_recesses(
     whole: NDArray[np.bool_],
     pool: NDArray[np.bool_],
     outside: NDArray[np.bool_],

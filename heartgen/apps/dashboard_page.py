@@ -10,7 +10,7 @@ from typing import Any
 
 import ipywidgets as widgets
 
-from heartgen import __version__
+from heartgen import GLOSSARY, __version__
 from heartgen.apps.hints import hints
 from heartgen.apps.input_case import sample_choices
 from heartgen.apps.panels.assess import AssessPanel
@@ -34,7 +34,8 @@ HEADER = (
 
 FOOTER = (
     f"Research use, not for diagnosis · heartgen {__version__} · method of Lamata et al. (2014) · "
-    "what you upload stays in your own session and is removed when it ends"
+    "what you upload stays in your own session and is removed when it ends · "
+    f'<a href="{GLOSSARY}" target="_blank" rel="noopener">words and units</a>'
 )
 
 

@@ -59,7 +59,7 @@ def compare(results: Sequence[Personalization]) -> widgets.Widget:
     tradeoff = Tradeoff()
     link_tradeoff(tradeoff, session)
     about = text("Click a point to load its mesh.", "hg-note")
-    return _framed(session, classed(widgets.VBox([tradeoff, about]), "hg-panel hg-lesson-plot"))
+    return _framed(session, classed(widgets.VBox([tradeoff, about]), "hg-panel hg-cell-plot"))
 
 
 def _session(results: Sequence[Personalization]) -> Session:
@@ -77,6 +77,6 @@ def _framed(session: Session, *above: widgets.Widget) -> widgets.Widget:
     """The 3-D view in a frame that a notebook's cell can hold."""
     panel = ViewPanel(session, titled=False)
     panel.open()
-    made = classed(widgets.VBox([style(), *above, panel.widget]), "hg-app hg-lesson")
+    made = classed(widgets.VBox([style(), *above, panel.widget]), "hg-app hg-cell")
     made.session = session
     return made

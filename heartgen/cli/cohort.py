@@ -12,7 +12,7 @@ import typer
 from heartgen.cli.comparing import app
 from heartgen.cli.outcome import check_folder, errors_reported
 from heartgen.cli.parameters import (
-    GLOSSARY,
+    EPILOG,
     Debug,
     Frame,
     Label,
@@ -98,7 +98,7 @@ Redo = Annotated[
 ]
 
 
-@app.command(epilog=GLOSSARY)
+@app.command(epilog=EPILOG)
 def batch(
     hearts: Hearts,
     out: Out,
@@ -144,7 +144,7 @@ def batch(
         _show(by_ventricles(table), out)
 
 
-@app.command(epilog=GLOSSARY)
+@app.command(epilog=EPILOG)
 def sweep(
     hearts: Hearts,
     out: Out,

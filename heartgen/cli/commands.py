@@ -20,7 +20,7 @@ from heartgen.cli.outcome import (
     written_together,
 )
 from heartgen.cli.parameters import (
-    GLOSSARY,
+    EPILOG,
     Debug,
     Frame,
     Label,
@@ -50,14 +50,14 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     cls=TakesFormerFlags,
     help="From a binary mask of the myocardium to a personalized cubic Hermite mesh.",
-    epilog=GLOSSARY,
+    epilog=EPILOG,
 )
 
 DPI = 150
 """Of the picture of `inspect`, dots per inch: 1800 pixels across."""
 
 
-@app.command(epilog=GLOSSARY)
+@app.command(epilog=EPILOG)
 def fit(
     mask: MaskPath,
     out: Annotated[
@@ -226,7 +226,7 @@ def fit(
             result.write(folder, fields=chosen, rule=rule)
 
 
-@app.command(epilog=GLOSSARY)
+@app.command(epilog=EPILOG)
 def inspect(
     mask: MaskPath,
     picture: Annotated[

@@ -8,9 +8,10 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from heartgen import GLOSSARY
 from heartgen.renamed import new_flags
 
-GLOSSARY = "Words and their units: https://github.com/heartgen/heartgen/blob/HEAD/docs/glossary.md"
+EPILOG = f"Words and their units: {GLOSSARY}"
 """Last line of the help."""
 
 

@@ -2,7 +2,7 @@
 
 The wall has an inner and an outer block of element layers. Over a rectangle of columns and rows,
 open at the base, the interface between the blocks is doubled: the inner block becomes the septum,
-the outer block the free wall of the right ventricle, and the pocket between them its cavity (Lamata
+the outer block the free wall of the right ventricle, and the cavity between them its cavity (Lamata
 et al. 2014, figure 2). On the border of the rectangle, the insertion line, position and the
 derivative along the line are shared; only the derivative across it has a version of its own in the
 free wall, and at the corners only the cross derivative. Everywhere else the mesh is C1.

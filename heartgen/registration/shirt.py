@@ -1,10 +1,12 @@
-"""Image registration after ShIRT (paper, section 2.2; Barber et al. 2007), from coarse to fine.
+"""Registration of surfaces on ShIRT's node grids (paper, section 2.2; Barber et al. 2007).
 
-With f the patient's image, pulled back to the template by the current map, and m the template's, an
-update ``a`` of the displacement obeys ``m - f = grad f . a``. The displacement is trilinear on a
-grid of nodes; the update minimizes the misfit plus the squared Laplacian of the displacement, by
-Gauss-Newton steps, shortened until they fold nothing. Where a fold stands in the way, the
-map is frozen and the next one continues from there: the result is a chain of fold-free maps.
+ShIRT compares the intensities of two images; here the signed distances of the labeled surfaces are
+compared, each surface of the template with its own of the patient. With f the patient's image,
+pulled back to the template by the current map, and m the template's, an update ``a`` of the
+displacement obeys ``m - f = grad f . a``. The displacement is trilinear on a grid of nodes; the
+update minimizes the misfit plus the squared Laplacian of the displacement, by Gauss-Newton steps,
+shortened until they fold nothing. Where a fold stands in the way, the map is frozen and the next
+one continues from there: the result is a chain of fold-free maps.
 """
 
 from __future__ import annotations
