@@ -34,7 +34,7 @@ VISITORS = 5
 UPLOAD_MEGABYTES = 100
 PATIENCE = 600_000
 READY = ".hg-side .hg-step-input .hg-done"
-SHOWN = ".hg-step-look .hg-done"
+SHOWN = ".hg-step-view .hg-done"
 RUN = ".hg-primary:enabled"
 
 

@@ -73,7 +73,7 @@ def choose(page, label, option):
 def run(page, number):
     """Press Run and wait for the mesh."""
     page.get_by_role("button", name="Run", exact=True).click()
-    page.wait_for_selector(f".hg-step-look .hg-done:has-text('shows {number} ·')", state="attached")
+    page.wait_for_selector(f".hg-step-view .hg-done:has-text('shows {number} ·')", state="attached")
 
 
 def opened(browser, address):
@@ -257,7 +257,7 @@ def test_cancel_takes_effect_at_once(ran, coarse):
 
 def test_levels_are_compared_and_a_point_loads_its_mesh(ran, coarse):
     ran.get_by_role("button", name="All levels", exact=True).click()
-    ran.wait_for_selector(".hg-step-judge .hg-done", state="attached", timeout=180_000)
+    ran.wait_for_selector(".hg-step-assess .hg-done", state="attached", timeout=180_000)
     ran.get_by_role("button", name="5 Assess").click()
     assert ran.locator(".hg-point").count() == 5
     assert ran.locator(".hg-threshold").count() == 1
@@ -307,7 +307,7 @@ def test_real_mask_at_another_level(ran, shared_data):
     ran.keyboard.press("ArrowRight")
     ran.wait_for_selector(".hg-side .widget-readout:has-text('2')")
     ran.get_by_role("button", name="Run", exact=True).click()
-    ran.wait_for_selector(".hg-step-look .hg-done:has-text('mesa0054_ED.nii.gz · LoD 2')")
+    ran.wait_for_selector(".hg-step-view .hg-done:has-text('mesa0054_ED.nii.gz · LoD 2')")
     wait_for_view(ran, is_mesh)
 
 
