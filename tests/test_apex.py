@@ -85,12 +85,12 @@ def test_a_hole_keeps_its_radius_and_is_left_out_of_the_error(
 ) -> None:
     result = heartgen.personalize(mask, apex="hole", hole_radius=8.0, anatomy=anatomy)
     for radius, found in ((8.0, result), (anatomy.radius / 4, fitted["hole"])):
-        elements = found.mesh.topology.surfaces["apex"][:, 0]
+        elements = found.mesh.topology.surfaces["apical_rim"][:, 0]
         rim = found.mesh.evaluate(np.array([[0.0, 0.0, 0.0]]))[elements, 0]
         distance = np.linalg.norm(rim - rim.mean(0), axis=1)
         assert distance.mean() == pytest.approx(radius, rel=0.05)
         assert np.ptp(distance) < 0.1 * radius
-        assert found.report.accuracy.by_surface["apex"] < 0.15 * COARSE
+        assert found.report.accuracy.by_surface["apical_rim"] < 0.15 * COARSE
         assert found.report.accuracy.max < 2 * COARSE
         assert any("apical hole" in f.message for f in found.report.findings)
     assert result.anatomy.wall_volume < fitted["hole"].anatomy.wall_volume < anatomy.wall_volume
@@ -146,7 +146,7 @@ def test_zinc_reads_the_same_places(
     assert faces.getSize() == inner + len(mesh.topology.external)
     if apex == "hole":
         group = module.findFieldByName("apical hole").castGroup()
-        assert group.getMeshGroup(faces).getSize() == len(mesh.topology.surfaces["apex"])
+        assert group.getMeshGroup(faces).getSize() == len(mesh.topology.surfaces["apical_rim"])
 
 
 @pytest.mark.parametrize("apex", ["hole", "patch"])

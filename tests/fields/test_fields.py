@@ -47,7 +47,7 @@ def test_coordinates_have_their_ranges_and_ends(mesh: HexMesh) -> None:
     assert np.abs(on(mesh, fields["transmural"], surfaces["lv_endo"])).max() < 1e-12
     assert np.abs(on(mesh, fields["transmural"], surfaces["epi"]) - 1).max() < 1e-12
     assert np.abs(on(mesh, fields["longitudinal"], surfaces["base"]) - 1).max() < 1e-12
-    lowest = surfaces.get("apex", mesh.topology.collapsed)
+    lowest = surfaces.get("apical_rim", mesh.topology.collapsed)
     assert not np.any(on(mesh, fields["longitudinal"], lowest))
     angle = fields["circumferential"].values[~at_pole(mesh)]
     assert np.abs(angle).max() < 2 * np.pi

@@ -124,7 +124,7 @@ def test_a_cup_meets_itself_with_prescribed_kinks_only(cup: Topology) -> None:
             rows = {int(cup.index[element, 2]) for element, _ in key}
             assert rows in ({0, 1}, {1})
     radial, around, _ = cup.shape
-    assert kinked == (0 if "apex" in cup.surfaces else radial * (around + 4))
+    assert kinked == (0 if "apical_rim" in cup.surfaces else radial * (around + 4))
 
 
 def test_corners_of_a_patch_have_one_tangent_plane() -> None:
@@ -273,7 +273,7 @@ def test_every_topology_has_the_surfaces_of_the_ellipsoid(
 
 def test_the_hole_has_its_radius(oval: TruncatedEllipsoid) -> None:
     mesh = ellipsoid_mesh(oval, (1, 12, 6), apex="hole", hole=HOLE)
-    rim = mesh.evaluate(np.array([[0.0, 0.0, 0.0]]))[mesh.topology.surfaces["apex"][:, 0], 0]
+    rim = mesh.evaluate(np.array([[0.0, 0.0, 0.0]]))[mesh.topology.surfaces["apical_rim"][:, 0], 0]
     radius = np.linalg.norm(rim - rim.mean(0), axis=1)
     assert radius.mean() == pytest.approx(HOLE, rel=0.01)
 
