@@ -70,7 +70,13 @@ def test_both_ventricles_with_every_apex(both: dict[str, Personalization]) -> No
         assert result.report.success
         assert result.report.accuracy.mean < 0.2 * COARSE
     assert both["patch"].mesh.n_elements == 2 * (9 + 7 * 12)
-    assert set(both["hole"].mesh.topology.surfaces) == {"lv_endo", "rv_endo", "epi", "base", "apex"}
+    assert set(both["hole"].mesh.topology.surfaces) == {
+        "lv_endo",
+        "rv_endo",
+        "epi",
+        "base",
+        "apical_rim",
+    }
 
 
 def test_the_paper_s_four_steps_with_every_apex(mask: Mask, anatomy: Anatomy) -> None:
