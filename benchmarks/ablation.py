@@ -1,4 +1,4 @@
-"""What each ingredient of the refinement is worth: one taken away at a time.
+"""What each ingredient of the optimization is worth: one taken away at a time.
 
 usage: python -m benchmarks.ablation MASK... [--lod 3]
 
@@ -21,8 +21,8 @@ from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.enhancement import enhance
 from heartgen.fairness import assess_fairness
 from heartgen.mesh import HexMesh
+from heartgen.optimization import FitSettings, fit_target, optimize, settings_for
 from heartgen.pipeline import Personalization
-from heartgen.refinement import FitSettings, fit_target, refine, settings_for
 
 TERMS = ("even", "angles", "fair", "smooth", "place")
 """Weights of the terms that are left out one at a time."""
@@ -41,8 +41,8 @@ def main() -> None:
     figures: dict[str, list[tuple[float, ...]]] = {}
     for path in a.masks:
         mask = heartgen.read_mask(path)
-        paper = heartgen.personalize(mask, lod=a.lod, refine=False)
-        linear = heartgen.personalize(mask, lod=a.lod, refine=False, depth="linear")
+        paper = heartgen.personalize(mask, lod=a.lod, optimize=False)
+        linear = heartgen.personalize(mask, lod=a.lod, optimize=False, transmural_grading=False)
         for name, mesh in meshes(paper, linear, a.lod):
             figures.setdefault(name, []).append(measured(mesh, paper.anatomy))
     print(f"{len(a.masks)} masks, level of detail {a.lod}")
@@ -65,18 +65,18 @@ def meshes(
         columns=paper.mesh.topology.shape[1],
     )
 
-    def refined(mesh: HexMesh, settings: FitSettings = full) -> HexMesh:
-        return refine(mesh, target, settings).mesh
+    def optimized(mesh: HexMesh, settings: FitSettings = full) -> HexMesh:
+        return optimize(mesh, target, settings).mesh
 
     yield "paper's four steps", paper.mesh
     yield "paper's, depth proportional", linear.mesh
     yield "paper's, without enhancement", paper.warped
-    yield "refined", refined(paper.mesh)
-    yield "... depth proportional", refined(linear.mesh)
-    yield "... without registration", refined(enhance(paper.template))
+    yield "optimized", optimized(paper.mesh)
+    yield "... depth proportional", optimized(linear.mesh)
+    yield "... without registration", optimized(enhance(paper.template))
     for term in TERMS:
-        yield f"... without {term}", refined(paper.mesh, replace(full, **{term: 0.0}))
-    yield "... base like the rest", refined(paper.mesh, replace(full, cut=1.0))
+        yield f"... without {term}", optimized(paper.mesh, replace(full, **{term: 0.0}))
+    yield "... base like the rest", optimized(paper.mesh, replace(full, cut=1.0))
 
 
 def measured(mesh: HexMesh, anatomy: Anatomy) -> tuple[float, ...]:

@@ -21,7 +21,7 @@ import numpy as np
 import heartgen
 from benchmarks.hearts import independent
 from benchmarks.rows import Row, case_of, column, elements_of, masks_of, resume, table
-from heartgen.anatomy import analyse
+from heartgen.anatomy import analyze
 from heartgen.options import Apex
 
 KINDS: tuple[Any, ...] = get_args(Apex)
@@ -55,7 +55,7 @@ def main() -> None:
 def fit(job: Row) -> list[Row]:
     """One heart with every kind of apex: a row each."""
     mask = heartgen.read_mask(job["mask"])
-    anatomy = analyse(mask)
+    anatomy = analyze(mask)
     rows = []
     for apex in KINDS:
         result = heartgen.personalize(
@@ -77,7 +77,7 @@ def fit(job: Row) -> list[Row]:
             "apical": quality.apical_row,
             "scaled": quality.scaled_mean,
             "scaled_min": quality.scaled_min,
-            "template": result.report.unrefined_quality,
+            "template": result.report.unoptimized_quality,
             "valid": quality.valid,
             "success": result.report.success,
         }
@@ -91,7 +91,7 @@ def summary(rows: list[Row]) -> str:
     """Tables of the results."""
     heads = (
         *("apex", "hearts", "elements", "error median", "worst", "Q median", "worst"),
-        *("apical Q", "scaled", "worst", "before refinement", "valid", "success"),
+        *("apical Q", "scaled", "worst", "before optimization", "valid", "success"),
     )
     lines = []
     for apex in KINDS:

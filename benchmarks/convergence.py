@@ -31,7 +31,7 @@ from heartgen.errors import HeartgenError
 from heartgen.images import Mask
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import jacobian_ratio
-from heartgen.mesh.surfaces import sample_faces
+from heartgen.mesh.surface_faces import sample_faces
 
 PHANTOMS = {"cup": samples.ideal_cup, "lifelike": samples.lifelike_lv, "biv": samples.biv}
 
@@ -87,7 +87,7 @@ def by_elements(job: Row) -> list[Row]:
     """Errors of one heart with more and more elements."""
     mask, truth = heart_of(job)
     try:
-        first = heartgen.personalize(mask, lod=1, refine=False)
+        first = heartgen.personalize(mask, lod=1, optimize=False)
     except HeartgenError as error:
         return [{"case": mask.name, "elements": "", "failure": str(error)}]
     rows = []
@@ -119,7 +119,7 @@ def by_points(job: Row) -> list[Row]:
         result = heartgen.personalize(mask, lod=job["lod"])
     except HeartgenError as error:
         return [{"case": mask.name, "failure": str(error)}]
-    meshes = {"template": result.template, "enhanced": result.enhanced, "refined": result.mesh}
+    meshes = {"template": result.template, "enhanced": result.enhanced, "optimized": result.mesh}
     rows = []
     for name, mesh in meshes.items():
         ratios = {n: jacobian_ratio(mesh, n) for n in POINTS}

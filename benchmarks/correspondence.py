@@ -1,4 +1,4 @@
-"""Do nodes slide or drift: how far the refinement moves the material points of the anatomy.
+"""Do nodes slide or drift: how far the optimization moves the material points of the anatomy.
 
 usage: python -m benchmarks.correspondence FOLDER_OR_MASK... [--lod 3] [--elements 2x12x8]
                                            [--jobs N] [--output FILE.jsonl]
@@ -8,12 +8,13 @@ are material points: the poles of endo- and epicardium, the insertion line of th
 the rims of the base, and the borders of the AHA segments, put at thirds of the longitudinal and
 sixths (apical third: quarters) of the circumferential coordinate on endo- and epicardium of the
 left ventricle (over the right one the epicardium has none). For each,
-x is its place in the mesh before the refinement (warped and enhanced), y that in the refined one:
+x is its place in the mesh before the optimization (warped and enhanced), y that in the optimized
+one:
 
 - move = |y - x|, mm: all of it, also the part that is the fit itself, since the surface was beside
   the patient's and is on it now.
-- drift = |y - c|, mm, where c is the point closest to x of the refined mesh's own surface (the same
-  named one): where the landmark would lie if it had only been taken to the new surface, the
+- drift = |y - c|, mm, where c is the point closest to x of the optimized mesh's own surface (the
+  same named one): where the landmark would lie if it had only been taken to the new surface, the
   shortest way. This is movement along the surface, the loss of correspondence. Landmarks on rims
   and on the insertion line bound their surfaces, and their drift includes that of the bound.
 
@@ -159,8 +160,8 @@ def insertion_line(mesh: HexMesh) -> Place:
     for e in faces:
         _, c, s = index[e].tolist()
         sides = {(c - 1, s): (zero, t), (c + 1, s): (one, t), (c, s - 1): (t, zero)}
-        for neighbour, (u, v) in sides.items():
-            if neighbour not in open_ones:
+        for neighbor, (u, v) in sides.items():
+            if neighbor not in open_ones:
                 elements.append(np.full(len(t), e))
                 places.append(np.c_[u, v, one])
     return np.concatenate(elements), np.concatenate(places)

@@ -12,11 +12,11 @@ from scipy.spatial import cKDTree
 from heartgen import samples
 from heartgen.fields import HeartAxes
 from heartgen.fields.axes import RIGHT_FRONT
-from heartgen.samples.biventricle import BivShape, below_base
+from heartgen.samples.biv_shape import BivShape, below_base
+from heartgen.samples.lv_shape import LvShape
 from heartgen.samples.outline import cut_along_base
-from heartgen.samples.patch import Patch
-from heartgen.samples.shape import Shape
 from heartgen.samples.solid import shell_point
+from heartgen.samples.surface_patch import Patch
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ PROFILE = 401
 def cup_of(truth: samples.Truth) -> Cup:
     """The wall of the left ventricle of a phantom."""
     shape = truth.shape
-    if isinstance(shape, Shape):
+    if isinstance(shape, LvShape):
         toward = np.asarray(RIGHT_FRONT) @ truth.pose.rotation
         return Cup(shape.patches["endo"], shape.patches["epi"], toward, shape.basal_plane[1])
     assert isinstance(shape, BivShape)
@@ -148,12 +148,12 @@ class Cup:
         parts = np.cross(spokes[:-1], spokes[1:]) / 2
         area = parts.sum(0)
         share = parts @ area
-        centre = rim[:-1].mean(0) + share @ (spokes[:-1] + spokes[1:]) / (3 * share.sum())
+        center = rim[:-1].mean(0) + share @ (spokes[:-1] + spokes[1:]) / (3 * share.sum())
         endo = self.inner.samples(40_000)[0]
-        apex = endo[np.argmax(np.abs((endo - centre) @ area))]
-        axis = unit((centre - apex)[None])[0]
+        apex = endo[np.argmax(np.abs((endo - center) @ area))]
+        axis = unit((center - apex)[None])[0]
         septal = self.toward - (self.toward @ axis) * axis
-        return HeartAxes(centre, apex, unit(septal[None])[0], "measured")
+        return HeartAxes(center, apex, unit(septal[None])[0], "measured")
 
 
 def unit(vectors: Array) -> Array:

@@ -34,7 +34,7 @@ VISITORS = 5
 UPLOAD_MEGABYTES = 100
 PATIENCE = 600_000
 READY = ".hg-side .hg-step-input .hg-done"
-SHOWN = ".hg-step-look .hg-done"
+SHOWN = ".hg-step-view .hg-done"
 RUN = ".hg-primary:enabled"
 
 
@@ -64,9 +64,9 @@ def first(chromium: Browser, address: str, rows: list[tuple[str, str]]) -> None:
     rows.append(("URL to usable page: sample loaded, Run enabled", since(start)))
     page.wait_for_selector(READY)
     rows.append(("URL to measured heart", since(start)))
-    page.click(".hg-tab-look")
+    page.click(".hg-tab-view")
     page.wait_for_selector(".hg-frame")
-    wait(lambda: coloured(page) > 0.02)
+    wait(lambda: colored(page) > 0.02)
     rows.append(("URL to mask in 3-D", since(start)))
     before = page.locator(".hg-frame").screenshot()
     for name in ("first", "second"):
@@ -161,8 +161,8 @@ def large_mask(path: Path) -> None:
     nibabel.save(nibabel.Nifti1Image(voxels, np.diag([-1.0, -1.0, 1.0, 1.0]) @ mask.affine), path)
 
 
-def coloured(page: Page) -> float:
-    """Share of the pixels of the 3-D view that are not grey."""
+def colored(page: Page) -> float:
+    """Share of the pixels of the 3-D view that are not gray."""
     shot = page.locator(".hg-frame").screenshot()
     pixels = np.asarray(Image.open(io.BytesIO(shot)).convert("RGB"), dtype=int)
     return float(np.mean(np.ptp(pixels, axis=2) > 40))

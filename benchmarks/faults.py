@@ -31,7 +31,7 @@ from heartgen.options import Options
 SPACING = 4.0
 """Voxels of the phantoms, mm."""
 
-QUICK = Options(elements=(1, 8, 3), refine=False)
+QUICK = Options(elements=(1, 8, 3), optimize=False)
 
 READS = {"os._exit": (2, 2), "killed": (2, 2), "crashes": (2, 2), "worker": (2, 4), "taken": (0, 0)}
 """Least and most times that a case may be read that ends its process, or with it the worker, or for

@@ -2,7 +2,7 @@
 
 usage: python -m benchmarks.fields [LABELS_FOLDER_OR_FILE...] [--ventricles auto|lv] [--jobs N]
 
-- fibres on the ellipsoid of Land et al. (2015) against their rule;
+- fibers on the ellipsoid of Land et al. (2015) against their rule;
 - cavity, wall and thickness of ellipsoids: meshed exactly, and fitted to voxels in any orientation;
 - the share of the wall that each AHA segment has;
 - if label maps (ACDC) are given, the left cavity of the mesh against the label's volume.
@@ -19,10 +19,10 @@ import numpy as np
 
 import heartgen
 from benchmarks.rows import Row, case_of, masks_of, resume, table
-from benchmarks.solids import LAND, cut_volume, ellipsoid, land_fibres
+from benchmarks.solids import LAND, cut_volume, ellipsoid, land_fibers
 from heartgen import samples
 from heartgen.errors import HeartgenError
-from heartgen.fields import SEGMENTS, FibreRule, aha_segment, fibre_frames, heart_axes
+from heartgen.fields import SEGMENTS, FiberRule, aha_segment, fiber_frames, heart_axes
 from heartgen.fields.indices import ML, clinical_indices, left_thickness
 from heartgen.images.schemes import scheme_from_text
 from heartgen.mesh import HexMesh
@@ -60,21 +60,21 @@ def main() -> None:
 
 def known() -> None:
     """Print the tables of what is known exactly."""
-    print("fibres against the rule of Land et al. (2015), problem 3, degrees\n")
+    print("fibers against the rule of Land et al. (2015), problem 3, degrees\n")
     heads = ["elements", "mean", "99 %", "max", "mean in the apical row"]
-    print(table(heads, map(fibres, ELEMENTS)))
+    print(table(heads, map(fibers, ELEMENTS)))
     print("\nellipsoid: deviation from the analytic value\n")
     print(table(["mesh", "cavity", "wall", "thickness"], solids()))
     print("\nshare of each AHA segment: degrees around its level, volume of the wall\n")
     print(table(["segment", "name", "degrees", "volume"], segments()))
 
 
-def fibres(elements: tuple[int, int, int]) -> list[object]:
-    """Angles between the fibres of a mesh and the rule."""
+def fibers(elements: tuple[int, int, int]) -> list[object]:
+    """Angles between the fibers of a mesh and the rule."""
     mesh = ellipsoid(*LAND, elements)
-    found = fibre_frames(mesh, FibreRule(helix=(90.0, -90.0)))[..., 0].reshape(-1, 3)
+    found = fiber_frames(mesh, FiberRule(helix=(90.0, -90.0)))[..., 0].reshape(-1, 3)
     points = mesh.lagrange_points().reshape(-1, 3)
-    cosine = np.einsum("nx,nx->n", found, land_fibres(points))
+    cosine = np.einsum("nx,nx->n", found, land_fibers(points))
     angle = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
     apical = np.repeat(mesh.topology.index[:, 2] == 0, 64)
     beside = apical & (np.hypot(points[:, 0], points[:, 1]) > 0.01)  # at the pole there is none

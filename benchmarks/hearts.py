@@ -4,14 +4,14 @@ usage: python -m benchmarks.hearts FOLDER... [--elements 1x12x6] [--levels 1,2,3
                                    [--score SCORE.py] [--fairness FAIRNESS.py] [--scored 1,3]
                                    [--every N] [--options k=v,...] [-o OUT]
 
-With --paper the paper's four steps alone, without the refinement. With --score, an independent
+With --paper the paper's four steps alone, without the optimization. With --score, an independent
 script ``SCORE.py`` with a function ``score(mask, [mesh])`` measures the meshes of the levels in
 --scored too; with --fairness, one with a function ``fairness(elements, mask)`` of the points
 (e, 64, 3) of cubic Lagrange elements. With --every, only the first of every N masks is fitted.
 Writes OUT.csv
 (a line per case and level) and prints the medians, the successes and certified meshes, the
-errors by surface, the wriggle of the lines and what the refinement adds to it, the worst cases, and
-how error and quality move from level to level.
+errors by surface, the wriggle of the lines and what the optimization adds to it, the worst cases,
+and how error and quality move from level to level.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 
 import heartgen
-from heartgen.cohort.choices import settings_from_text
+from heartgen.cohort.option_text import settings_from_text
 from heartgen.errors import HeartgenError
 from heartgen.formats import write_mesh
 
@@ -40,7 +40,7 @@ FALL = 1.02
 IMAGES = (".nii.gz", ".nii", ".nrrd", ".mha")
 WORST = 10
 MORE = 10.0
-"""Wriggle that the refinement adds, degrees, from which a heart is counted."""
+"""Wriggle that the optimization adds, degrees, from which a heart is counted."""
 
 WRIGGLES = {
     "around": "circumferential_median",
@@ -73,7 +73,7 @@ def main() -> None:
     cases = sorted(p for f in a.folders for p in f.iterdir() if p.name.endswith(IMAGES))
     cases = cases[:: a.every]
     levels = tuple(int(k) for k in a.levels.split(","))
-    choices: dict[str, Any] = {"refine": not a.paper}
+    choices: dict[str, Any] = {"optimize": not a.paper}
     if a.elements:
         choices["elements"] = tuple(int(n) for n in a.elements.split("x"))
     given = settings_from_text(filter(None, a.options.split(",")))
@@ -127,7 +127,7 @@ def fit(
             **{name: getattr(report.fairness, theirs) for name, theirs in WRIGGLES.items()},
             **{
                 f"{name}_added": getattr(report.fairness, theirs)
-                - getattr(report.unrefined_fairness, theirs)
+                - getattr(report.unoptimized_fairness, theirs)
                 for name, theirs in WRIGGLES.items()
             },
             "normals": report.fairness.normal_mean,
@@ -237,7 +237,7 @@ def _by_surface(done: list[dict[str, Any]], levels: tuple[int, ...]) -> str:
 
 
 def _wriggle(done: list[dict[str, Any]], levels: tuple[int, ...]) -> str:
-    """Wriggle of the lines, what the refinement adds to it, and how far normals are off."""
+    """Wriggle of the lines, what the optimization adds to it, and how far normals are off."""
     lines = [
         "| LoD | wriggle around (°), median | of hearts, worst | worst line | added, median | worst"
         f" | hearts with more than +{MORE:g} | along, median | of hearts, worst | worst line "

@@ -79,7 +79,7 @@ def measure(job: Row) -> list[Row]:
             "contour": report.coverage.contour,
             "blood": report.coverage.blood,
             "seconds": sum(report.seconds.values()),
-            "refinement": report.seconds.get("refinement", 0.0),
+            "optimization": report.seconds.get("optimization", 0.0),
             "notes": "; ".join(f.message for f in report.findings),
             **{f"{name} cavity": cavity(walls, labels, code) for name, code in POOLS.items()},
         }
@@ -184,7 +184,7 @@ def summary(rows: Sequence[Row]) -> str:
 OUTCOMES = ("success", "told", "refused", "crashed")
 """A success by our rule; a mesh that the report says is none; no mesh, and a sentence; neither."""
 
-FIGURES = ("error", "quality", "wriggle", "wall", "contour", "blood", "seconds", "refinement")
+FIGURES = ("error", "quality", "wriggle", "wall", "contour", "blood", "seconds", "optimization")
 
 
 def spread(rows: Sequence[Row], name: str) -> list[float]:

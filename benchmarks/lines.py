@@ -1,11 +1,11 @@
-"""Looks at the lines of meshes: surfaces before and after the refinement, and long-axis sections.
+"""Looks at the lines of meshes: surfaces before and after the optimization, and long-axis sections.
 
 usage: python -m benchmarks.lines MASK... [--lod 3] [--elements 1x12x6] [--set NAME=VALUE,...]
                                   [-o OUT]
 
 For each mask OUT/NAME.png: epicardium and endocardium with the mesh's lines, before and after the
-refinement, and four sections along the long axis, of the refined mesh and of the smoothed mask. A
-notch, a shoulder at the apical row or waves at the rim of the base, which no figure may tell, are
+optimization, and four sections along the long axis, of the optimized mesh and of the smoothed mask.
+A notch, a shoulder at the apical row or waves at the rim of the base, which no figure may tell, are
 seen there. ``ideal`` and ``lifelike`` stand for the phantoms at 2 mm, ``biv`` for that of both.
 """
 
@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 
 import heartgen
 from heartgen import samples
-from heartgen.cohort.choices import settings_from_text
+from heartgen.cohort.option_text import settings_from_text
 from heartgen.images.isosurface import isosurface
-from heartgen.mesh.surfaces import face_control, tabulate_face
+from heartgen.mesh.surface_faces import face_control, tabulate_face
 from heartgen.options import elements_from_text
 from heartgen.pipeline import Personalization
 

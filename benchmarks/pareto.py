@@ -25,10 +25,10 @@ from heartgen.assessment import QUALITY_THRESHOLD
 from heartgen.errors import HeartgenError
 
 PIPELINES = {"paper": False, "heartgen": True}
-"""Names of the pipelines, and whether they refine."""
+"""Names of the pipelines, and whether they optimize."""
 
-LOOKS = {"paper": ("#D55E00", "s"), "heartgen": ("#0072B2", "o")}
-"""Colours that every kind of colour vision tells apart (Okabe & Ito), and markers."""
+FIELD_STYLES = {"paper": ("#D55E00", "s"), "heartgen": ("#0072B2", "o")}
+"""Colors that every kind of color vision tells apart (Okabe & Ito), and markers."""
 
 ERROR_TOLERANCE = 1.02
 """Largest error, relative to the paper's or to the level's before, that counts as no worse."""
@@ -73,7 +73,7 @@ def main() -> None:
 def fit(job: Row) -> list[Row]:
     """One mask through one pipeline, at all levels."""
     path, levels = Path(job["mask"]), [int(k) for k in job["levels"].split(",")]
-    choices = {"refine": PIPELINES[job["pipeline"]], "elements": elements_of(job["elements"])}
+    choices = {"optimize": PIPELINES[job["pipeline"]], "elements": elements_of(job["elements"])}
     common = {"case": case_of(path), "set": path.parent.name, "pipeline": job["pipeline"]}
     try:
         results = heartgen.personalize_levels(heartgen.read_mask(path), levels, **choices)
@@ -94,7 +94,7 @@ def fit(job: Row) -> list[Row]:
             "along": r.report.fairness.longitudinal_median,
             "around": r.report.fairness.circumferential_median,
             "valid": r.report.quality.valid,
-            "fallen_back": any(f.check == "level of detail" for f in r.report.findings),
+            "lod_reduced": any(f.check == "level of detail" for f in r.report.findings),
             "seconds": sum(r.report.seconds.values()),
         }
         for lod, r in zip(levels, results, strict=True)
@@ -209,7 +209,7 @@ def draw(rows: Sequence[Row], path: Path, title: str) -> None:
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=INCHES, layout="constrained")
-    for pipeline, (colour, marker) in LOOKS.items():
+    for pipeline, (color, marker) in FIELD_STYLES.items():
         middle = []
         for lod in sorted({r["lod"] for r in rows}):
             r = [x for x in rows if (x["lod"], x["pipeline"]) == (lod, pipeline)]
@@ -217,23 +217,23 @@ def draw(rows: Sequence[Row], path: Path, title: str) -> None:
                 continue
             e, q = (np.percentile(column(r, n), (25, 50, 75)) for n in ("shown", "quality"))
             points = column(r, "shown"), column(r, "quality")
-            axes.plot(*points, marker, color=colour, alpha=0.15, markersize=3, zorder=1)
+            axes.plot(*points, marker, color=color, alpha=0.15, markersize=3, zorder=1)
             bars = [[e[1] - e[0]], [e[2] - e[1]]], [[q[1] - q[0]], [q[2] - q[1]]]
-            axes.errorbar(e[1], q[1], xerr=bars[0], yerr=bars[1], color=colour, capsize=3, zorder=3)
+            axes.errorbar(e[1], q[1], xerr=bars[0], yerr=bars[1], color=color, capsize=3, zorder=3)
             axes.annotate(
                 str(lod),
                 (e[1], q[1]),
                 xytext=(-8, 8),
                 textcoords="offset points",
                 ha="right",
-                color=colour,
+                color=color,
                 weight="bold",
             )
             middle.append((e[1], q[1]))
         if middle:
             label = {"paper": "the paper's four steps", "heartgen": "heartgen's default"}[pipeline]
             line = np.transpose(middle)
-            axes.plot(*line, marker=marker, color=colour, label=label, zorder=2)
+            axes.plot(*line, marker=marker, color=color, label=label, zorder=2)
     axes.axhline(QUALITY_THRESHOLD, color="0.4", linestyle="--", linewidth=1)
     axes.annotate(
         f"success: Q above {QUALITY_THRESHOLD}",

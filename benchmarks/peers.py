@@ -33,7 +33,7 @@ SHRINK, SMOOTH = (4, 2, 1), (2.0, 1.0, 0.0)
 SCALE_FACTORS = (1, 1, 1)
 """Refinement of SimpleITK's control points over the resolutions: none; 10 mm throughout."""
 
-OPTIMISER_STEPS = 100
+OPTIMIZER_STEPS = 100
 TOLERANCE = 1e-5
 """Most steps of L-BFGS-B in each resolution, and gradient at which it ends, as in the examples."""
 
@@ -68,7 +68,7 @@ def simpleitk(fixed: sitk.Image, moving: sitk.Image, points: Array, threads: int
     method.SetMetricSamplingStrategy(method.REGULAR)
     method.SetMetricSamplingPercentage(SHARE)
     method.SetInterpolator(sitk.sitkLinear)
-    method.SetOptimizerAsLBFGSB(TOLERANCE, OPTIMISER_STEPS)
+    method.SetOptimizerAsLBFGSB(TOLERANCE, OPTIMIZER_STEPS)
     method.SetShrinkFactorsPerLevel(SHRINK)
     method.SetSmoothingSigmasPerLevel(SMOOTH)
     transform = sitk.BSplineTransformInitializer(fixed, cells)

@@ -15,7 +15,7 @@ from heartgen import samples
 from heartgen.images.writing import write_mask
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import volume
-from heartgen.mesh.surfaces import sample_faces
+from heartgen.mesh.surface_faces import sample_faces
 
 ORIENTATIONS = 6
 SAMPLES = 5
@@ -72,8 +72,8 @@ def against_truth(mesh: HexMesh, truth: samples.Truth) -> tuple[float, float, fl
     points, _, weights = sample_faces(mesh, mesh.topology.external, SAMPLES)
     error = float(np.average(truth.distance(points), weights=weights))
     endo, normals, area = sample_faces(mesh, mesh.topology.surfaces["lv_endo"], SAMPLES)
-    centre = truth.basal_plane[0]
-    cavity = float(np.einsum("nx,nx,n->", endo - centre, -normals, area)) / 3
+    center = truth.basal_plane[0]
+    cavity = float(np.einsum("nx,nx,n->", endo - center, -normals, area)) / 3
     return error, volume(mesh) / truth.wall_volume - 1, cavity / truth.cavity_volume - 1
 
 

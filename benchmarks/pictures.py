@@ -15,7 +15,7 @@ from pathlib import Path
 from playwright.sync_api import Browser, Page
 
 from benchmarks.chromium import launched
-from benchmarks.dashboard import PATIENCE, READY, RUN, SHOWN, coloured, served, wait
+from benchmarks.dashboard import PATIENCE, READY, RUN, SHOWN, colored, served, wait
 
 SIZES = {"": (1440, 900), "-small": (1024, 768)}
 SETTLED = 4.0
@@ -58,24 +58,24 @@ def walk(
     page.wait_for_selector(".hg-side .hg-step-run .hg-running")
     take("run")
     page.wait_for_selector(SHOWN)
-    wait(lambda: coloured(page) > 0.02)
+    wait(lambda: colored(page) > 0.02)
     choose(page, "Cut", "Long axis, 1")
-    take("look")
-    choose(page, "Colour by", "AHA segment")
-    choose(page, "Lines", "Fibres")
+    take("view")
+    choose(page, "Color by", "AHA segment")
+    choose(page, "Lines", "Fibers")
     choose(page, "Cut", "No cut")
     take("fields")
-    page.click(".hg-tab-judge")
-    take("judge")
-    page.click(".hg-tab-take")
-    take("take")
+    page.click(".hg-tab-assess")
+    take("assess")
+    page.click(".hg-tab-export")
+    take("export")
     choose(page, "Sample", STACK)
     page.wait_for_selector(f"{READY}:has-text('stack')")
     page.click(RUN)
     page.wait_for_selector(f"{SHOWN}:has-text('stack')")
-    page.click(".hg-tab-look")
+    page.click(".hg-tab-view")
     choose(page, "Lines", "Element edges")
-    choose(page, "Colour by", "Quality Q")
+    choose(page, "Color by", "Quality Q")
     take("stack")
     page.close()
 

@@ -3,7 +3,7 @@
 usage: python -m benchmarks.raster MASK_OR_FOLDER... [--lod 3] [--elements 1x12x6] [--jobs N]
                                    [--output FILE]
 
-Prints the Dice coefficient of the mask and of the mesh's voxels, those whose centre it holds, and
+Prints the Dice coefficient of the mask and of the mesh's voxels, those whose center it holds, and
 the volume of its partial volumes against its own. Rows go to FILE, see `benchmarks.rows.resume`.
 """
 

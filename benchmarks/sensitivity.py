@@ -1,12 +1,12 @@
-"""How much the result depends on the refinement's weights: each halved and doubled.
+"""How much the result depends on the optimization's weights: each halved and doubled.
 
 usage: python -m benchmarks.sensitivity FOLDER_OR_MASK... [--lod 3] [--elements 1x12x6] [--jobs N]
                                         [--output FILE.jsonl]
 
-Every mask is taken to the start of the refinement once, then refined with the default weights, and
-with each weight at half and at twice its default, to a valid mesh; the distance from the patient is
-not bounded. `distance` is the unit of the distances: half of it is a quarter of all other terms.
-Prints medians over the masks, and the largest change that any mask sees.
+Every mask is taken to the start of the optimization once, then optimized with the default weights,
+and with each weight at half and at twice its default, to a valid mesh; the distance from the
+patient is not bounded. `distance` is the unit of the distances: half of it is a quarter of all
+other terms. Prints medians over the masks, and the largest change that any mask sees.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from benchmarks.rows import Row, case_of, column, elements_of, jobs_of_masks, re
 from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.errors import HeartgenError
 from heartgen.fairness import assess_fairness
-from heartgen.refinement import FitSettings, fit_target, refine, settings_for
+from heartgen.optimization import FitSettings, fit_target, optimize, settings_for
 
 WEIGHTS = ("even", "angles", "fair", "smooth", "place", "distance", "cut", "apex")
 FACTORS = (0.5, 2.0)
@@ -34,7 +34,7 @@ CHANGES = {"quality": "Q", "scaled": "scaled", "along": "wriggle along"}
 
 
 def main() -> None:
-    """Refine and tabulate."""
+    """Optimize and tabulate."""
     jobs, a = jobs_of_masks(__doc__, "sensitivity")
     print(report(resume(a.output, jobs, measure, a.jobs)))
 
@@ -57,7 +57,7 @@ def measure(job: Row) -> list[Row]:
     )
     rows = []
     for name, settings in variants(default):
-        mesh = refine(result.enhanced, target, settings).mesh
+        mesh = optimize(result.enhanced, target, settings).mesh
         quality, lines = assess_quality(mesh), assess_fairness(mesh)
         rows.append(
             {

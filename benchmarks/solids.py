@@ -62,8 +62,8 @@ def cut_volume(radius: float, length: float, top: float) -> float:
     return float(np.pi * radius**2 * (2 / 3 * length + top - top**3 / (3 * length**2)))
 
 
-def land_fibres(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Fibre directions of Land et al. (2015), problem 3.
+def land_fibers(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Fiber directions of Land et al. (2015), problem 3.
 
     Parameters
     ----------

@@ -122,10 +122,10 @@ def gapped(stack: Mask, chance: np.random.Generator) -> Mask:
     for n in shown(stack)[::2]:
         plane = voxels[:, :, n]
         place = np.argwhere(plane)
-        centre = place.mean(0)
+        center = place.mean(0)
         angle = chance.uniform(-np.pi, np.pi)
         way = np.array([np.cos(angle), np.sin(angle)])
-        offset = (place - centre) * stack.spacing[:2]
+        offset = (place - center) * stack.spacing[:2]
         aside = np.abs(offset[:, 0] * way[1] - offset[:, 1] * way[0])
         cut = (offset @ way > 0) & (aside < GAP / 2)
         plane[tuple(place[cut].T)] = False

@@ -8,7 +8,7 @@ each with [--output FILE.jsonl]; rows already there are not measured again.
 peers: the tailored template, placed as the pipeline places it, is registered to the patient by
 heartgen and by other tools, which get both as voxels (isotropic, the mask's mean voxel, 0 and 1, on
 one grid; the patient cut at the truncation). Every tool gives a map from template to patient, and
-all are judged alike: the template's tessellated surface is moved by the map, voxelised, and
+all are judged alike: the template's tessellated surface is moved by the map, voxelized, and
 compared with the patient's voxels (Dice). The least local volume change of the map, and the share
 of the wall that it folds, are taken by difference quotients over a voxel. Times are of the call
 alone, after loading libraries and compiled kernels, the shortest of the repeats; each tool in a

@@ -41,7 +41,7 @@ from benchmarks.hearts import fit, summary
 from benchmarks.phantoms import written
 from benchmarks.rows import Row, case_of, column, elements_of, masks_of, resume, table
 from benchmarks.sparse import DEFECTS, breathing, count, short_axis
-from heartgen.anatomy import Anatomy, analyse
+from heartgen.anatomy import Anatomy, analyze
 from heartgen.assessment import assess_accuracy
 from heartgen.errors import HeartgenError
 from heartgen.images import Mask
@@ -112,7 +112,7 @@ def given(job: Row) -> list[Row]:
 def made(job: Row) -> list[Row]:
     """Stacks made of a dense mask: a row each."""
     mask = heartgen.read_mask(job["mask"])
-    dense = analyse(mask) if mask.stack_axis is None else None
+    dense = analyze(mask) if mask.stack_axis is None else None
     return [
         {"case": case_of(Path(job["mask"]))} | conditions | fitted(stack, dense, job, choices)
         for conditions, stack, choices in STUDIES[job["what"]][0](mask, job["seed"])
@@ -148,7 +148,7 @@ def against(result: heartgen.Result, dense: Anatomy | None) -> Row:
 
 def choices_of(job: Row) -> Row:
     """Options of a job."""
-    from heartgen.cohort.choices import settings_from_text
+    from heartgen.cohort.option_text import settings_from_text
 
     found = settings_from_text(filter(None, job["set"].split(",")))
     choices: Row = {name: values[0] for name, values in found.items()}
@@ -172,7 +172,7 @@ def shifted(mask: Mask, seed: int) -> Any:
     for deviation in DEVIATIONS:
         stack = short_axis(mask, USUAL, shifts=breathing(slices, deviation, seed))
         for shifts in ("off", "auto"):
-            yield {"deviation": deviation, "shifts": shifts}, stack, {"shifts": shifts}
+            yield {"deviation": deviation, "shifts": shifts}, stack, {"slice_alignment": shifts}
 
 
 def spoiled(mask: Mask, seed: int) -> Any:

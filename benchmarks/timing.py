@@ -24,11 +24,11 @@ import heartgen
 from benchmarks.peers import PEERS
 from benchmarks.rows import Row, elements_of
 from heartgen import samples
-from heartgen.anatomy import Anatomy, analyse
+from heartgen.anatomy import Anatomy, analyze
 from heartgen.images import Mask
 from heartgen.mesh import HexMesh
 from heartgen.mesh.quadrature import gauss_cube
-from heartgen.mesh.surfaces import tessellate
+from heartgen.mesh.surface_faces import tessellate
 from heartgen.options import BIV_ELEMENTS, LV_ELEMENTS
 from heartgen.registration import register
 from heartgen.templates import biventricular_template, lv_template
@@ -62,8 +62,8 @@ def main() -> None:
 def against_peers(job: Row) -> Row:
     """Time and overlap of one tool on one mask."""
     mask = heartgen.read_mask(job["mask"])
-    analyse(samples.biv(COARSE).mask)
-    analysis, anatomy = timed(lambda: analyse(mask), job["repeats"])
+    analyze(samples.biv(COARSE).mask)
+    analysis, anatomy = timed(lambda: analyze(mask), job["repeats"])
     template = template_of(anatomy)
     surface = triangles(template)
     patient, fixed = images(anatomy, surface, anatomy.voxel)
@@ -104,9 +104,9 @@ def template_of(anatomy: Anatomy) -> HexMesh:
 
 def stencil(mesh: HexMesh, voxel: float) -> Array:
     """Points (n, 3, 2, 3) half a voxel to both sides, along x, y, z, of points in the wall."""
-    centres = mesh.evaluate(gauss_cube((INSIDE,) * 3)[0]).reshape(-1, 1, 1, 3)
+    centers = mesh.evaluate(gauss_cube((INSIDE,) * 3)[0]).reshape(-1, 1, 1, 3)
     offsets = 0.5 * voxel * np.eye(3)[:, None] * np.array([-1.0, 1.0])[:, None]
-    return np.asarray(centres + offsets)
+    return np.asarray(centers + offsets)
 
 
 def volume_change(before: Array, after: Array) -> Array:
@@ -137,7 +137,7 @@ def images(
     grid.SetDirection(axes.ravel().tolist())
     index = np.stack(np.meshgrid(*(np.arange(n) for n in size), indexing="ij"), -1).reshape(-1, 3)
     value, _ = level.sample((index * voxel + low) @ axes.T)
-    return filled(grid, (value < 0).reshape(size)), filled(grid, rasterised(grid, surface))
+    return filled(grid, (value < 0).reshape(size)), filled(grid, rasterized(grid, surface))
 
 
 def filled(grid: sitk.Image, voxels: NDArray[np.bool_]) -> sitk.Image:
@@ -147,8 +147,8 @@ def filled(grid: sitk.Image, voxels: NDArray[np.bool_]) -> sitk.Image:
     return out
 
 
-def rasterised(grid: sitk.Image, surface: pyvista.PolyData) -> NDArray[np.bool_]:
-    """Which voxels (nx, ny, nz) of a grid have their centre inside a closed surface."""
+def rasterized(grid: sitk.Image, surface: pyvista.PolyData) -> NDArray[np.bool_]:
+    """Which voxels (nx, ny, nz) of a grid have their center inside a closed surface."""
     axes = np.array(grid.GetDirection()).reshape(3, 3)
     here = surface.copy()
     here.points = (np.asarray(surface.points, float) - grid.GetOrigin()) @ axes / grid.GetSpacing()
@@ -162,7 +162,7 @@ def dice(patient: sitk.Image, points: Array, surface: pyvista.PolyData) -> float
     moved = surface.copy()
     moved.points = points
     a = sitk.GetArrayFromImage(patient).transpose(2, 1, 0) > 0
-    b = rasterised(patient, moved)
+    b = rasterized(patient, moved)
     return float(2 * np.sum(a & b) / (a.sum() + b.sum()))
 
 

@@ -2,7 +2,7 @@
 
 usage: python -m benchmarks.truth [PHANTOM...] [--levels 1 2 3] [--voxel 2.0]
 
-A row for each phantom, level of detail, and mesh without and with refinement: the angle between
+A row for each phantom, level of detail, and mesh without and with optimization: the angle between
 fibers and between normals (mean, 95th percentile, most), the share of the wall in the true AHA
 segment, all of it and away from the segments' borders, and the error of the longitudinal and the
 transmural coordinate. Nothing here is taken from a mesh of the phantom: truth comes from the closed
@@ -21,18 +21,18 @@ from numpy.typing import NDArray
 import heartgen
 from benchmarks.cups import STEP, cup_of, unit
 from heartgen import samples
-from heartgen.fields import FibreRule, HeartAxes, aha_segment, fibre_frames, heart_axes
+from heartgen.fields import FiberRule, HeartAxes, aha_segment, fiber_frames, heart_axes
 from heartgen.fields.coordinates import longitudinal
 from heartgen.fields.segments import APEX
 from heartgen.fields.wall import wall_of
 from heartgen.mesh import HexMesh
 from heartgen.mesh.bernstein import lattice
 from heartgen.mesh.jacobian import determinants
-from heartgen.mesh.surfaces import sample_faces
-from heartgen.samples.biventricle import BivShape
+from heartgen.mesh.surface_faces import sample_faces
+from heartgen.samples.biv_shape import BivShape
 from heartgen.samples.nearest import closest, curve_distance, normal
-from heartgen.samples.patch import Patch
 from heartgen.samples.solid import distance
+from heartgen.samples.surface_patch import Patch
 
 Array = NDArray[np.float64]
 
@@ -107,7 +107,7 @@ class Comparison:
         return float(self.left @ self.segment / self.left.sum())
 
 
-def compare(mesh: HexMesh, truth: samples.Truth, rule: FibreRule | None = None) -> Comparison:
+def compare(mesh: HexMesh, truth: samples.Truth, rule: FiberRule | None = None) -> Comparison:
     """Compare a fitted mesh with the phantom that it was fitted to.
 
     Parameters
@@ -115,19 +115,19 @@ def compare(mesh: HexMesh, truth: samples.Truth, rule: FibreRule | None = None) 
     mesh : HexMesh
     truth : Truth
         Of a phantom of the left ventricle, or of both.
-    rule : FibreRule, optional
+    rule : FiberRule, optional
         Helix angles; the transverse and the sheet angle do not count.
 
     Returns
     -------
     Comparison
     """
-    rule = rule or FibreRule()
+    rule = rule or FiberRule()
     cup = cup_of(truth)
     wall = wall_of(mesh)
     points = truth.pose.to_heart(mesh.lagrange_points().reshape(-1, 3))
     weights = (np.abs(determinants(mesh, lattice())) * _cube(THIRDS)).ravel()
-    fibers = fibre_frames(mesh, rule)[..., 0].reshape(-1, 3) @ truth.pose.rotation
+    fibers = fiber_frames(mesh, rule)[..., 0].reshape(-1, 3) @ truth.pose.rotation
     membership, depth = wall.right.ravel(), wall.depth.ravel()
     septum, free = (np.repeat(part, 64) for part in (wall.septum, wall.free_wall))
     # Where two walls meet, the rule mixes theirs, and the truth has no word on how.
@@ -192,7 +192,7 @@ def _off_insertion(truth: samples.Truth, points: Array) -> NDArray[np.bool_]:
     return curve_distance(edge, points) > truth.shape.lv_wall
 
 
-def _right_fibers(shape: BivShape, points: Array, rule: FibreRule) -> Array:
+def _right_fibers(shape: BivShape, points: Array, rule: FiberRule) -> Array:
     """Fibers (n, 3) of the right free wall, whose surfaces are parallel to an ellipsoid."""
     steps = 1e3 * STEP * np.eye(3)  # of lengths in mm
     outward = unit(
@@ -278,17 +278,17 @@ def main() -> None:
     parser.add_argument("--voxel", type=float, default=2.0)
     a = parser.parse_args()
     print(
-        "| phantom | LoD | refined | fibers: mean, 95 %, max (deg) | normals: mean, 95 % (deg) "
+        "| phantom | LoD | optimized | fibers: mean, 95 %, max (deg) | normals: mean, 95 % (deg) "
         "| AHA, away from borders | longitudinal: mean, 95 % | transmural: mean, 95 % |"
     )
     print("|---|---|---|---|---|---|---|---|")
     for name in a.phantoms:
         sample = PHANTOMS[name](a.voxel)
         for lod in a.levels:
-            for refine in (False, True):
-                mesh = heartgen.personalize(sample.mask, lod=lod, refine=refine).mesh
+            for optimize in (False, True):
+                mesh = heartgen.personalize(sample.mask, lod=lod, optimize=optimize).mesh
                 print(
-                    f"| {name} | {lod} | {refine} | {row(compare(mesh, sample.truth))} |",
+                    f"| {name} | {lod} | {optimize} | {row(compare(mesh, sample.truth))} |",
                     flush=True,
                 )
 

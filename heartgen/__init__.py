@@ -1,9 +1,12 @@
-"""From a binary myocardium mask to a personalised cubic Hermite mesh of the ventricles."""
+"""From a binary myocardium mask to a personalized cubic Hermite mesh of the ventricles."""
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from heartgen.renamed import FormerModules
 
 if TYPE_CHECKING:
     from heartgen import samples
@@ -15,6 +18,11 @@ if TYPE_CHECKING:
     from heartgen.pipeline import Personalization, personalize, personalize_levels
 
 __version__ = "0.1.0"
+
+GLOSSARY = "https://github.com/heartgen/heartgen/blob/HEAD/docs/glossary.md"
+"""Page of the words that users meet, with their units."""
+
+sys.meta_path.append(FormerModules())
 
 __all__ = [
     "HexMesh",

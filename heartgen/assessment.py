@@ -11,12 +11,12 @@ from scipy.spatial import cKDTree
 
 from heartgen.images.isosurface import Isosurface, isosurface
 from heartgen.images.levelset import LevelSet
-from heartgen.mesh.biventricular import right_apex
+from heartgen.mesh.biventricular_topology import right_apex
 from heartgen.mesh.closest import closest_points
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.jacobian import determinants, jacobian_ratio, scaled_jacobian, volume
 from heartgen.mesh.quadrature import gauss_cube
-from heartgen.mesh.surfaces import sample_faces
+from heartgen.mesh.surface_faces import sample_faces
 from heartgen.mesh.validity import certify
 
 QUALITY_THRESHOLD = 0.33
@@ -256,7 +256,7 @@ def distance_to(target: Isosurface, points: NDArray[np.float64]) -> NDArray[np.f
 
 
 def _dice(mesh: HexMesh, myocardium: LevelSet, wall_volume: float) -> float:
-    """Overlap by quadrature over the mesh: no mesh is rasterised."""
+    """Overlap by quadrature over the mesh: no mesh is rasterized."""
     xi, weights = gauss_cube(OVERLAP_GAUSS)
     parts = np.abs(determinants(mesh, xi)) * weights
     value, _ = myocardium.sample(mesh.evaluate(xi).reshape(-1, 3))

@@ -13,6 +13,7 @@ from heartgen.errors import InputError, MeshError
 from heartgen.fields import Indices, Strains, clinical_indices, global_strains
 from heartgen.fields.indices import DENSITY
 from heartgen.mesh import HexMesh
+from heartgen.renamed import takes_former_keywords
 
 SAME_WALL = 0.15
 """By how much, as a share, left ventricular walls of one heart may differ in volume unremarked.
@@ -80,10 +81,11 @@ class Comparison:
         return "\n".join(lines + [f"  note: {note}" for note in self.notes])
 
 
+@takes_former_keywords
 def compare(
     results: Sequence[HasMesh | HexMesh],
     names: Sequence[str] | None = None,
-    septum: Sequence[float] | None = None,
+    septal_direction: Sequence[float] | None = None,
 ) -> Comparison:
     """Compare meshes of one heart in several states, such as diastole and systole.
 
@@ -93,7 +95,7 @@ def compare(
         At least two, fitted with the same options: strains need elements that correspond.
     names : sequence of str, optional
         Of the states; numbered from 1 if omitted.
-    septum : (3,) float, optional
+    septal_direction : (3,) float, optional
         Direction from the left ventricle to the septum, see `heartgen.fields.heart_axes`.
 
     Returns
@@ -112,7 +114,7 @@ def compare(
             f"{len(meshes)} meshes and {len(called)} names make no comparison: give at least two "
             "meshes of one heart, and a name for each or none"
         )
-    indices = tuple(clinical_indices(mesh, septum) for mesh in meshes)
+    indices = tuple(clinical_indices(mesh, septal_direction) for mesh in meshes)
     left = np.array([found.lv_cavity_volume for found in indices])
     right = [found.rv_cavity_volume for found in indices if found.rv_cavity_volume is not None]
     diastole, systole = int(left.argmax()), int(left.argmin())

@@ -58,7 +58,7 @@ FACES = ndi.generate_binary_structure(3, 1)
 """Voxels that share a face are neighbors."""
 
 ML = 1000.0
-"""mm^3 in a millilitre."""
+"""mm^3 in a milliliter."""
 
 
 @dataclass(frozen=True)

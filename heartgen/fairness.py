@@ -21,7 +21,7 @@ from heartgen.images.levelset import LevelSet
 from heartgen.mesh.bernstein import DEGREE, ORDER, bernstein, bernstein_derivative
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.quadrature import gauss, gauss_square
-from heartgen.mesh.surfaces import face_control, tabulate_face
+from heartgen.mesh.surface_faces import face_control, tabulate_face
 
 CIRCUMFERENTIAL, LONGITUDINAL = 0, 1
 """Direction of a line: along xi1, along xi2."""
@@ -300,8 +300,8 @@ def _angles(
     size = np.linalg.norm(normal, axis=1)
     area = size * np.tile(weights, len(faces))
     beyond = anatomy.base.surface.height(points)
-    if "apex" in anatomy.surfaces:
-        beyond = np.maximum(beyond, anatomy.surfaces["apex"].sample(points)[0])
+    if "apical_rim" in anatomy.surfaces:
+        beyond = np.maximum(beyond, anatomy.surfaces["apical_rim"].sample(points)[0])
     kept = (beyond < -FROM_CUT * anatomy.voxel) & (size > 0)
     points, normal = points[kept], normal[kept] / size[kept, None]
     along = first[kept] / np.linalg.norm(first[kept], axis=1, keepdims=True)

@@ -8,6 +8,7 @@ from math import isfinite
 from typing import Literal, get_args
 
 from heartgen.errors import InputError
+from heartgen.renamed import takes_former_options
 
 STEPS = (
     "shape analysis",
@@ -15,7 +16,7 @@ STEPS = (
     "registration",
     "warping",
     "enhancement",
-    "refinement",
+    "optimization",
     "assessment",
 )
 """Steps of the pipeline, in order."""
@@ -36,11 +37,12 @@ QUALITY_LIMITS = (0.01, 100.0)
 HOLE_SHARE = 0.25
 """Radius of an apical hole over that of the cavity, if it is not given."""
 
-REFINED_PASSES, REFINED_PASSES_OF_ONE = 2, 3
-"""Registration passes before a refinement, which leaves nothing for finer ones to find; and of a
-left ventricle alone, whose registration is so close that a refinement could lose against it."""
+OPTIMIZED_PASSES, OPTIMIZED_PASSES_OF_ONE = 2, 3
+"""Registration passes before an optimization, which leaves nothing for finer ones to find; and of a
+left ventricle alone, whose registration is so close that an optimization could lose against it."""
 
 
+@takes_former_options
 @dataclass(frozen=True)
 class Options:
     """What the user may choose.
@@ -54,29 +56,31 @@ class Options:
         2x12x8 for both.
     ventricles : {"auto", "lv", "biv"}
         What the mask shows: found out, a left ventricle alone, or both.
-    refine : bool
-        Refine the mesh after the paper's four steps.
+    optimize : bool
+        Optimize the mesh after the paper's four steps.
     quality : float
-        Weight of element quality against accuracy in the refinement, relative to the level's own.
-    least_quality : float
+        Weight of element quality against accuracy in the optimization, over the default of the
+        level of detail.
+    min_jacobian_ratio : float
         Jacobian ratio that every element should reach: those below it weigh more and more in the
-        refinement, as long as that helps; the report says where it does not.
+        optimization, as long as that helps; the report says where it does not.
     truncate : float or {"auto", "off"}
         Truncation below the rim, mm; ``"auto"`` where valve anatomy is present.
     base : {"rim", "plane"}
-        Where valve anatomy is present, the mesh ends on a smooth sheet that follows the rim, or on
-        a plane, for which more is cut off.
+        Where valve anatomy is present, the basal surface of the mesh is a smooth one that follows
+        the rim, or a plane, for which more is cut off.
     enhance : bool
         Straighten the mesh across the wall after warping.
-    depth : {"graded", "linear"}
-        Parametrisation across the wall: graded for even elements, or proportional.
-    interior : {"straight", "relaxed"}
-        What lies between the surfaces of a refined mesh: straight lines across the wall, or lines
-        that bend for better elements.
+    transmural_grading : bool
+        Whether the transmural coordinate is graded for even elements, or proportional to the depth
+        in the wall.
+    transmural_lines : {"straight", "curved"}
+        The lines of the mesh across the wall, once it is optimized: straight, as in the paper, or
+        curved for better elements; the surfaces stay.
     basis : {"hermite", "lagrange"}
         Cubic basis of the result: values and derivatives at the nodes, smooth between elements, or
-        values on a lattice in each element. The geometry is the same.
-    septum : (float, float, float) or None
+        values at the Lagrange nodes of each element. The geometry is the same.
+    septal_direction : (float, float, float) or None
         Direction from the left ventricle to the septum, world (LPS), from which AHA segments are
         counted; None for that of the right ventricle, or, where there is none, to the patient's
         right and front.
@@ -85,29 +89,29 @@ class Options:
         square patch of elements in its place, for which a multiple of 4 must lie around.
     hole_radius : float or None
         Radius of the apical hole on the endocardium, mm; None for a quarter of the cavity's.
-    shifts : {"auto", "off"}
+    slice_alignment : {"auto", "off"}
         Slices of a stack that are clearly shifted against each other are moved back, or never.
     insertion : {"rounded", "squared"}
         The line on which the right ventricle meets the left one follows the anatomy around the
-        right apex, or stays as square there as the elements like it.
+        right apex, or stays as square there as in the template.
     """
 
     lod: int = 1
     elements: tuple[int, int, int] | None = None
     ventricles: Literal["auto", "lv", "biv"] = "auto"
-    refine: bool = True
+    optimize: bool = True
     quality: float = 1.0
-    least_quality: float = 0.0
+    min_jacobian_ratio: float = 0.0
     truncate: float | Literal["auto", "off"] = "auto"
     base: Literal["rim", "plane"] = "rim"
     enhance: bool = True
-    depth: Literal["graded", "linear"] = "graded"
-    interior: Literal["straight", "relaxed"] = "straight"
+    transmural_grading: bool = True
+    transmural_lines: Literal["straight", "curved"] = "straight"
     basis: Literal["hermite", "lagrange"] = "hermite"
-    septum: tuple[float, float, float] | None = None
+    septal_direction: tuple[float, float, float] | None = None
     apex: Apex = "collapsed"
     hole_radius: float | None = None
-    shifts: Literal["auto", "off"] = "auto"
+    slice_alignment: Literal["auto", "off"] = "auto"
     insertion: Insertion = "rounded"
 
     def __post_init__(self) -> None:
@@ -127,17 +131,17 @@ class Options:
         if not QUALITY_LIMITS[0] <= self.quality <= QUALITY_LIMITS[1]:
             raise InputError(
                 f"quality {self.quality} is out of range: choose {QUALITY_LIMITS[0]:g} to "
-                f"{QUALITY_LIMITS[1]:g}, where 1 is the level's own"
+                f"{QUALITY_LIMITS[1]:g}, where 1 is the default"
             )
-        if not 0 <= self.least_quality < 1:
+        if not 0 <= self.min_jacobian_ratio < 1:
             raise InputError(
-                f"a Jacobian ratio of {self.least_quality} cannot be asked of every element: "
+                f"a Jacobian ratio of {self.min_jacobian_ratio} cannot be asked of every element: "
                 "choose 0, for none, or a number below 1, for example 0.3"
             )
-        if self.least_quality and not self.refine:
+        if self.min_jacobian_ratio and not self.optimize:
             raise InputError(
-                "poor elements can only be bettered where the mesh is refined: allow the "
-                "refinement, or ask for no least quality"
+                "a least Jacobian ratio is reached by the optimization of the mesh: allow the "
+                "optimization, or ask for no least ratio"
             )
         if isinstance(self.truncate, str) and self.truncate not in ("auto", "off"):
             raise InputError(
@@ -145,16 +149,19 @@ class Options:
             )
         if self.base not in ("rim", "plane"):
             raise InputError(f"base {self.base!r} is not known: choose rim or plane")
-        if self.shifts not in ("auto", "off"):
-            raise InputError(f"shifts {self.shifts!r} are not known: choose auto or off")
-        if self.depth not in ("graded", "linear"):
-            raise InputError(f"depth {self.depth!r} is not known: choose graded or linear")
-        if self.interior not in ("straight", "relaxed"):
-            raise InputError(f"interior {self.interior!r} is not known: choose straight or relaxed")
-        if self.interior == "relaxed" and not self.refine:
+        if self.slice_alignment not in ("auto", "off"):
             raise InputError(
-                "an interior can only be relaxed where the mesh is refined: allow the refinement, "
-                "or keep the interior straight"
+                f"slice alignment {self.slice_alignment!r} is not known: choose auto or off"
+            )
+        if self.transmural_lines not in ("straight", "curved"):
+            raise InputError(
+                f"transmural lines {self.transmural_lines!r} are not known: choose straight or "
+                "curved"
+            )
+        if self.transmural_lines == "curved" and not self.optimize:
+            raise InputError(
+                "transmural lines are only curved by the optimization of the mesh: allow the "
+                "optimization, or keep them straight"
             )
         if self.basis not in ("hermite", "lagrange"):
             raise InputError(f"basis {self.basis!r} is not known: choose hermite or lagrange")
@@ -162,12 +169,15 @@ class Options:
             raise InputError(
                 f"insertion {self.insertion!r} is not known: choose rounded or squared"
             )
-        if self.septum is not None and not (
-            len(self.septum) == 3 and all(map(isfinite, self.septum)) and any(self.septum)
+        if self.septal_direction is not None and not (
+            len(self.septal_direction) == 3
+            and all(map(isfinite, self.septal_direction))
+            and any(self.septal_direction)
         ):
             raise InputError(
-                f"septum {self.septum} is not a direction: give three numbers that point from the "
-                "left ventricle to the right, in the world (LPS), for example (-1, -1, 0)"
+                f"septal direction {self.septal_direction} is not a direction: give three numbers "
+                "that point from the left ventricle to the right, in the world (LPS), for example "
+                "(-1, -1, 0)"
             )
         self._check_apex()
 
@@ -194,9 +204,13 @@ class Options:
                 "quarter of them lie along each side: use a multiple of 4"
             )
 
-    def passes(self, lod: int, alone: bool) -> int:
-        """Registration passes at a level; `alone`: of a left ventricle that is seen whole."""
-        return min(lod, REFINED_PASSES_OF_ONE if alone else REFINED_PASSES) if self.refine else lod
+    def passes(self, lod: int, whole_lv: bool) -> int:
+        """Registration passes at a level; `whole_lv`: of a left ventricle that is seen whole."""
+        return (
+            min(lod, OPTIMIZED_PASSES_OF_ONE if whole_lv else OPTIMIZED_PASSES)
+            if self.optimize
+            else lod
+        )
 
 
 def usual_elements(both: bool) -> tuple[int, int, int]:

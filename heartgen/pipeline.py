@@ -1,4 +1,4 @@
-"""`personalize`: from mask to mesh in four steps (paper, figure 1), and a refinement."""
+"""`personalize`: from mask to mesh in four steps (paper, figure 1), and an optimization."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 from heartgen.anatomy import (
     Anatomy,
     Cone,
-    analyse_under,
+    analyze_under,
     cone_through,
     raw_indicator,
     with_hole,
@@ -21,22 +21,23 @@ from heartgen.anatomy import (
 )
 from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.clock import Clock, Progress
-from heartgen.concessions import fallen_back, fitted_less, poorer
 from heartgen.coverage import assess_coverage
 from heartgen.enhancement import enhance
 from heartgen.errors import InputError, recalling
 from heartgen.fairness import assess_fairness
-from heartgen.fields import FIELDS, FibreRule, clinical_indices, make_fields
-from heartgen.fields.catalogue import DIRECTIONS, check_names
+from heartgen.fields import FIELDS, FiberRule, clinical_indices, make_fields
+from heartgen.fields.catalog import DIRECTIONS, check_names
+from heartgen.fit_findings import elements_regularized, lod_reduced, min_jacobian_ratio_missed
 from heartgen.formats import cells_of, fields_held, file_name, write_mesh, write_text
 from heartgen.images import Mask
 from heartgen.mesh import HexMesh, MeshField
 from heartgen.mesh.hermite import RIM
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.validity import certify
+from heartgen.optimization import curve_transmural_lines, fit_target, misfit, optimize, settings_for
 from heartgen.options import HOLE_SHARE, Options, usual_elements
-from heartgen.refinement import fit_target, misfit, refine, relax, settings_for
 from heartgen.registration import Deformation, register
+from heartgen.renamed import new_options
 from heartgen.report import REPORT, Report, mask_sha256, measured, slices_of
 from heartgen.templates import biventricular_template, lv_template
 from heartgen.warping import warp
@@ -62,7 +63,7 @@ class Personalization:
     warped : HexMesh
         The mesh before enhancement.
     enhanced : HexMesh
-        The mesh before refinement.
+        The mesh before optimization.
     mesh : HexMesh
         The result; mm, world (LPS).
     report : Report
@@ -83,7 +84,7 @@ class Personalization:
         folder: str | Path,
         formats: tuple[str, ...] = ("exf", "vtu"),
         fields: Iterable[str | MeshField] = tuple(FIELDS),
-        rule: FibreRule | None = None,
+        rule: FiberRule | None = None,
         cells: str | None = None,
     ) -> list[Path]:
         """Write the mesh and its report; each file appears whole or not at all.
@@ -97,10 +98,10 @@ class Personalization:
         fields : iterable of str or MeshField
             Fields on the mesh that go into the files that have a place for them: names of
             `heartgen.fields.FIELDS`, of which all are written if omitted, or fields of your own.
-        rule : FibreRule, optional
-            Angles of the fibres.
+        rule : FiberRule, optional
+            Angles of the fibers.
         cells : {"hex8", "hex20", "hex27", "tet4", "tet10"}, optional
-            Cells for the formats of simple cells; the usual ones of each if omitted.
+            Cells for the formats of linear or quadratic cells; the usual ones of each if omitted.
 
         Returns
         -------
@@ -120,23 +121,25 @@ class Personalization:
         return [*paths, folder / REPORT]
 
     def fields(
-        self, names: Iterable[str] | None = None, rule: FibreRule | None = None
+        self, names: Iterable[str] | None = None, rule: FiberRule | None = None
     ) -> tuple[MeshField, ...]:
         """Make fields on the mesh.
 
         Parameters
         ----------
         names : iterable of str, optional
-            Of `heartgen.fields.FIELDS`: material coordinates, AHA segments, fibres and their
+            Of `heartgen.fields.FIELDS`: material coordinates, AHA segments, fibers and their
             angles, and thickness and curvature of the wall; all if omitted.
-        rule : FibreRule, optional
-            Angles of the fibres.
+        rule : FiberRule, optional
+            Angles of the fibers.
 
         Returns
         -------
         tuple of MeshField
         """
-        return make_fields(self.mesh, names, rule=rule, septum=self.options.septum)
+        return make_fields(
+            self.mesh, names, rule=rule, septal_direction=self.options.septal_direction
+        )
 
     def plot(self, **options: Any) -> pyvista.Plotter:
         """Show the mesh over the mask's surface; options go to `heartgen.viewing.plot`."""
@@ -166,7 +169,7 @@ def personalize(
         Called with the name of the running step and the share of it that is done. It cancels the
         run by raising `heartgen.errors.Cancelled`.
     anatomy : Anatomy, optional
-        What `heartgen.anatomy.analyse` gave for this mask under the same options, if it was asked
+        What `heartgen.anatomy.analyze` gave for this mask under the same options, if it was asked
         before; it is not asked again.
     **choices
         Single options, such as ``lod=3``, that replace those of `options`.
@@ -180,7 +183,7 @@ def personalize(
     HeartgenError
         With one sentence that says what is wrong, where, and what to do.
     """
-    options = replace(options or Options(), **choices)
+    options = replace(options or Options(), **new_options(choices))
     levels = (options.lod,)
     return personalize_levels(mask, levels, options, progress=progress, anatomy=anatomy)[0]
 
@@ -224,7 +227,7 @@ def personalize_levels(
     # Many small systems: one thread of the linear algebra library is fastest, and its sums do not
     # depend on the number of cores.
     with threadpool_limits(1, "blas"):
-        whole = replace(options or Options(), **choices)
+        whole = replace(options or Options(), **new_options(choices))
         images = [mask] if isinstance(mask, Mask) else list(mask)
         if not images:
             raise InputError("there is no image of the heart: give a mask, and further views of it")
@@ -244,7 +247,7 @@ def _personalize(
     each = [replace(options, lod=lod) for lod in levels]
     clock = Clock(progress)
     with clock.step("shape analysis"):
-        anatomy = anatomy or analyse_under(mask, options)
+        anatomy = anatomy or analyze_under(mask, options)
         anatomy = with_views(anatomy.uncut or anatomy, views)
     with clock.step("template"):
         template = _template(anatomy, options)
@@ -257,7 +260,7 @@ def _personalize(
             anatomy.frame,
             anatomy.voxel,
             anatomy.length,
-            options.passes(max(levels), _alone(anatomy)),
+            options.passes(max(levels), _is_whole_lv(anatomy)),
             done,
         )
     start = _Start(mask, anatomy, template, deformations)
@@ -275,15 +278,15 @@ class _Start:
 
 
 def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
-    """Warp, enhance, refine and assess at one level of detail."""
+    """Warp, enhance, optimize and assess at one level of detail."""
     anatomy, deformations = start.anatomy, start.deformations[: options.lod]
     options = replace(options, elements=options.elements or usual_elements(anatomy.rv is not None))
     with clock.step("warping"):
         level, warped = _deepest_valid(start.template, deformations, options)
     with clock.step("enhancement"):
         enhanced = _straightened(warped, options)
-    with clock.step("refinement") as done:
-        mesh, regularized = _refined(enhanced, anatomy, options, done)
+    with clock.step("optimization") as done:
+        mesh, regularized = _optimized(enhanced, anatomy, options, done)
     if options.basis == "lagrange":
         mesh = mesh.to_lagrange()
     with clock.step("assessment"):
@@ -299,7 +302,7 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
         quality = assess_quality(mesh)
         coverage = assess_coverage(mesh, start.mask, anatomy)
         fairness = assess_fairness(mesh, anatomy)
-        unrefined = assess_fairness(enhanced)
+        unoptimized = assess_fairness(enhanced)
     report = Report(
         name=start.mask.name,
         mask_sha256=mask_sha256(start.mask),
@@ -308,10 +311,10 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
         quality=quality,
         fairness=fairness,
         unenhanced_quality=float(jacobian_ratio(warped).mean()),
-        unrefined_quality=float(jacobian_ratio(enhanced).mean()),
-        unrefined_fairness=unrefined,
+        unoptimized_quality=float(jacobian_ratio(enhanced).mean()),
+        unoptimized_fairness=unoptimized,
         measurements=measured(anatomy, mesh),
-        indices=clinical_indices(mesh, options.septum),
+        indices=clinical_indices(mesh, options.septal_direction),
         coverage=coverage,
         voxel_diagonal=start.mask.voxel_diagonal,
         pixel_diagonal=start.mask.pixel_diagonal,
@@ -319,10 +322,10 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
         slices=slices_of(anatomy),
         findings=start.mask.findings
         + anatomy.findings
-        + fallen_back(len(deformations), level)
-        + fitted_less(regularized)
+        + lod_reduced(len(deformations), level)
+        + elements_regularized(regularized)
         + ((coverage.finding,) if coverage.finding else ())
-        + poorer(quality.min, options.least_quality),
+        + min_jacobian_ratio_missed(quality.min, options.min_jacobian_ratio),
         seconds=clock.seconds,
     )
     return Personalization(
@@ -343,7 +346,7 @@ def _template(anatomy: Anatomy, options: Options) -> HexMesh:
     make = lv_template if anatomy.rv is None else biventricular_template
     elements = options.elements or usual_elements(anatomy.rv is not None)
     hole = HOLE_SHARE * anatomy.radius if options.hole_radius is None else options.hole_radius
-    return make(anatomy, elements, options.depth == "graded", options.apex, hole)
+    return make(anatomy, elements, options.transmural_grading, options.apex, hole)
 
 
 def _cone(template: HexMesh) -> Cone:
@@ -361,11 +364,11 @@ def _deepest_valid(
 ) -> tuple[int, HexMesh]:
     """Warped mesh of the highest level that is proven valid, and that level.
 
-    If the mesh is refined afterwards, folds are no reason to fall back: they are unfolded there.
+    If the mesh is optimized afterwards, folds are no reason to fall back: they are unfolded there.
     """
     for level in range(len(deformations), 0, -1):
         warped = warp(template, deformations[level - 1])
-        if options.refine or certify(_straightened(warped, options)).all_valid:
+        if options.optimize or certify(_straightened(warped, options)).all_valid:
             return level, warped
     return len(deformations), warp(template, deformations[-1])
 
@@ -375,16 +378,16 @@ def _straightened(warped: HexMesh, options: Options) -> HexMesh:
     return enhance(warped) if options.enhance else warped
 
 
-def _alone(anatomy: Anatomy) -> bool:
+def _is_whole_lv(anatomy: Anatomy) -> bool:
     """Whether there is one ventricle alone, and all of it was seen."""
     return anatomy.rv is None and anatomy.slices is None
 
 
-def _refined(
+def _optimized(
     mesh: HexMesh, anatomy: Anatomy, options: Options, done: Callable[[float], None]
 ) -> tuple[HexMesh, int]:
-    """Refined mesh, and how many elements were regularized to be valid."""
-    if not options.refine:
+    """Optimized mesh, and how many elements were regularized to be valid."""
+    if not options.optimize:
         return mesh, 0
     settings = settings_for(
         options.lod,
@@ -398,8 +401,8 @@ def _refined(
     # Who turns the dial up asks for quality; and a stack shows little of the surface.
     bounded = options.quality <= 1 and anatomy.slices is None
     allowed = misfit(mesh, target) if bounded else np.inf
-    refined = refine(mesh, target, settings, allowed, options.least_quality, done)
-    mesh = refined.mesh
-    if options.interior == "relaxed" and refined.valid:
-        mesh = relax(mesh, options.least_quality, done)
-    return mesh, int(refined.regularized.sum())
+    optimized = optimize(mesh, target, settings, allowed, options.min_jacobian_ratio, done)
+    mesh = optimized.mesh
+    if options.transmural_lines == "curved" and optimized.valid:
+        mesh = curve_transmural_lines(mesh, options.min_jacobian_ratio, done)
+    return mesh, int(optimized.regularized.sum())

@@ -1,4 +1,4 @@
-"""The report of one personalisation: plain data that a table, a page or a file can show."""
+"""The report of one personalization: plain data that a table, a page or a file can show."""
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ from heartgen.images.mask import Finding, Mask
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import volume
 from heartgen.options import Options
+from heartgen.renamed import REPORT as FORMER
+from heartgen.renamed import has_former_attributes, new_options
 
 REPORT = "report.json"
 """Name of the file of a report, beside the mesh."""
@@ -99,6 +101,7 @@ class SliceReport:
     shift: tuple[float, float, float]
 
 
+@has_former_attributes(FORMER)
 @dataclass(frozen=True)
 class Report:
     """What was done and how good it is.
@@ -116,10 +119,10 @@ class Report:
     fairness : Fairness
     unenhanced_quality : float
         Mean Jacobian ratio before the enhancement step.
-    unrefined_quality : float
-        Mean Jacobian ratio before the refinement step.
-    unrefined_fairness : Fairness
-        Of the lines before the refinement step.
+    unoptimized_quality : float
+        Mean Jacobian ratio before the optimization step.
+    unoptimized_fairness : Fairness
+        Of the lines before the optimization step.
     measurements : Measurements
     indices : Indices
         Clinical indices of the mesh.
@@ -148,8 +151,8 @@ class Report:
     quality: Quality
     fairness: Fairness
     unenhanced_quality: float
-    unrefined_quality: float
-    unrefined_fairness: Fairness
+    unoptimized_quality: float
+    unoptimized_fairness: Fairness
     measurements: Measurements
     indices: Indices
     coverage: Coverage
@@ -180,9 +183,9 @@ class Report:
         """
         error, ratio = self.accuracy.mean, self.quality.mean
         said = {
-            f"the mean error, {error:.2f} mm, is not below the diagonal of a {self.grain}, "
-            f"{self.pixel_diagonal:.2f} mm": not error < self.pixel_diagonal,
-            f"the mean quality, {ratio:.3f}, is not above {QUALITY_THRESHOLD}": (
+            f"error above the {self.grain} diagonal ({error:.2f}, not below "
+            f"{self.pixel_diagonal:.2f} mm)": not error < self.pixel_diagonal,
+            f"quality below the threshold ({ratio:.3f}, not above {QUALITY_THRESHOLD})": (
                 not ratio > QUALITY_THRESHOLD
             ),
             self.quality.faults: not self.quality.valid,
@@ -195,6 +198,19 @@ class Report:
         """Our rule: whether there are no `shortcomings`."""
         return not self.shortcomings
 
+    @property
+    def status(self) -> str:
+        """Whether the mesh may be used, and why: one sentence for all who say it."""
+        if not self.quality.valid:
+            return f"not valid: {self.quality.faults}"
+        if self.success:
+            return (
+                f"success: error below the {self.grain} diagonal ({self.pixel_diagonal:.2f} mm), "
+                f"quality above {QUALITY_THRESHOLD}, valid everywhere, all of the heart covered"
+            )
+        by_paper = ", a success by the paper's rule" if self.paper_success else ""
+        return "; ".join(self.shortcomings) + by_paper
+
     def to_dict(self) -> dict[str, Any]:
         """Nested dictionary of plain values."""
         return {**asdict(self), "success": self.success, "paper_success": self.paper_success}
@@ -206,14 +222,14 @@ class Report:
     def __str__(self) -> str:
         a, q = self.accuracy, self.quality
         lines = [
-            f"{self.name}: {verdict_of(self)}",
+            f"{self.name}: {self.status}",
             f"  error    mean {a.mean:.3f}  95 % {a.p95:.3f}  max {a.max:.3f} mm"
             f"  ({self.grain} diagonal {self.pixel_diagonal:.2f} mm)",
             *_raw(a),
             *_as_given(a),
             f"  quality  mean {q.mean:.3f}  min {q.min:.3f}  scaled Jacobian {q.scaled_mean:.3f}"
             f"  (threshold {QUALITY_THRESHOLD})",
-            _wriggle(self.fairness, self.unrefined_fairness),
+            _wriggle(self.fairness, self.unoptimized_fairness),
             "  validity " + (PROVEN if q.valid else q.faults),
             f"  coverage {self.coverage.wall:.1%} of the wall, {self.coverage.contour:.1%} of the "
             "outline",
@@ -222,14 +238,6 @@ class Report:
         return "\n".join(lines + [f"  note     {f.message}" for f in self.findings])
 
     __repr__ = __str__
-
-
-def verdict_of(report: Report) -> str:
-    """Say by which rules a mesh is a success."""
-    if report.success:
-        return "success"
-    by_paper = " (one by the paper's rule)" if report.paper_success else ""
-    return f"NOT a success{by_paper}: {'; '.join(report.shortcomings)}"
 
 
 def _raw(accuracy: Accuracy) -> list[str]:
@@ -293,7 +301,7 @@ def options_beside(mesh: Path) -> Options:
     try:
         said = json.loads(path.read_text(encoding="utf-8"))["options"].items()
         options: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in said}
-        return Options(**options)
+        return Options(**new_options(options, stored=True))
     except (OSError, ValueError, LookupError, AttributeError, TypeError) as error:
         raise InputError(
             f"{path}: This report does not say what the mesh beside it was made under: move it "
@@ -334,7 +342,7 @@ def _wriggle(f: Fairness, before: Fairness) -> str:
     normals = "" if f.normal_mean is None else f"  normals {f.normal_mean:.1f}"
     return (
         f"  fairness wriggle around {f.circumferential_median:.0f}  "
-        f"along {f.longitudinal_median:.0f}{normals} degrees  (before refinement "
+        f"along {f.longitudinal_median:.0f}{normals} degrees  (before optimization "
         f"{before.circumferential_median:.0f} and {before.longitudinal_median:.0f})"
     )
 

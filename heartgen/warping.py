@@ -19,7 +19,7 @@ def warp(
 ) -> HexMesh:
     """Move the whole continuum of a mesh, not only its nodes.
 
-    Minimises ``int |x_h(xi) - phi(x(xi))|^2 dV`` over the degrees of freedom (Lamata et al. 2011).
+    Minimizes ``int |x_h(xi) - phi(x(xi))|^2 dV`` over the degrees of freedom (Lamata et al. 2011).
     An affine map is reproduced exactly.
 
     Parameters

@@ -10,7 +10,7 @@ import pytest
 
 import heartgen
 from heartgen import samples
-from heartgen.anatomy import Anatomy, analyse, cone_through
+from heartgen.anatomy import Anatomy, analyze, cone_through
 from heartgen.errors import HeartgenError, InputError
 from heartgen.formats import write_exf, write_vtu
 from heartgen.images import Mask
@@ -30,7 +30,7 @@ def mask() -> Mask:
 
 @pytest.fixture(scope="module")
 def anatomy(mask: Mask) -> Anatomy:
-    return analyse(mask)
+    return analyze(mask)
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def fitted(mask: Mask, anatomy: Anatomy) -> dict[str, Personalization]:
 @pytest.fixture(scope="module")
 def both() -> dict[str, Personalization]:
     mask = samples.biv(COARSE).mask
-    known = analyse(mask)
+    known = analyze(mask)
     return {
         apex: heartgen.personalize(mask, apex=apex, anatomy=known)  # type: ignore[arg-type]
         for apex in ("hole", "patch")
@@ -72,12 +72,18 @@ def test_both_ventricles_with_every_apex(both: dict[str, Personalization]) -> No
         assert result.report.success
         assert result.report.accuracy.mean < 0.2 * COARSE
     assert both["patch"].mesh.n_elements == 2 * (9 + 7 * 12)
-    assert set(both["hole"].mesh.topology.surfaces) == {"lv_endo", "rv_endo", "epi", "base", "apex"}
+    assert set(both["hole"].mesh.topology.surfaces) == {
+        "lv_endo",
+        "rv_endo",
+        "epi",
+        "base",
+        "apical_rim",
+    }
 
 
 def test_the_paper_s_four_steps_with_every_apex(mask: Mask, anatomy: Anatomy) -> None:
     for apex in ("hole", "patch"):
-        report = heartgen.personalize(mask, apex=apex, refine=False, anatomy=anatomy).report
+        report = heartgen.personalize(mask, apex=apex, optimize=False, anatomy=anatomy).report
         assert report.quality.valid
         assert report.success
 
@@ -87,12 +93,12 @@ def test_a_hole_keeps_its_radius_and_is_left_out_of_the_error(
 ) -> None:
     result = heartgen.personalize(mask, apex="hole", hole_radius=8.0, anatomy=anatomy)
     for radius, found in ((8.0, result), (anatomy.radius / 4, fitted["hole"])):
-        elements = found.mesh.topology.surfaces["apex"][:, 0]
+        elements = found.mesh.topology.surfaces["apical_rim"][:, 0]
         rim = found.mesh.evaluate(np.array([[0.0, 0.0, 0.0]]))[elements, 0]
         distance = np.linalg.norm(rim - rim.mean(0), axis=1)
         assert distance.mean() == pytest.approx(radius, rel=0.05)
         assert np.ptp(distance) < 0.1 * radius
-        assert found.report.accuracy.by_surface["apex"] < 0.15 * COARSE
+        assert found.report.accuracy.by_surface["apical_rim"] < 0.15 * COARSE
         assert found.report.accuracy.max < 2 * COARSE
         assert any("apical hole" in f.message for f in found.report.findings)
     assert result.anatomy.wall_volume < fitted["hole"].anatomy.wall_volume < anatomy.wall_volume
@@ -148,7 +154,7 @@ def test_zinc_reads_the_same_places(
     assert faces.getSize() == inner + len(mesh.topology.external)
     if apex == "hole":
         group = module.findFieldByName("apical hole").castGroup()
-        assert group.getMeshGroup(faces).getSize() == len(mesh.topology.surfaces["apex"])
+        assert group.getMeshGroup(faces).getSize() == len(mesh.topology.surfaces["apical_rim"])
 
 
 @pytest.mark.parametrize("apex", ["hole", "patch"])

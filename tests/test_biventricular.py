@@ -12,11 +12,11 @@ from scipy.spatial.transform import Rotation
 
 import heartgen
 from heartgen import samples
-from heartgen.anatomy import analyse
+from heartgen.anatomy import analyze
 from heartgen.images import Mask
 from heartgen.mesh.closest import closest_points
 from heartgen.mesh.projection import projector
-from heartgen.mesh.surfaces import face_control, face_signs, sample_faces, tabulate_face
+from heartgen.mesh.surface_faces import face_control, face_signs, sample_faces, tabulate_face
 from heartgen.mesh.validity import certify
 from heartgen.pipeline import Personalization
 from heartgen.warping import GAUSS
@@ -157,7 +157,7 @@ def test_analysis_recovers_what_is_true(
     )
     truth = sample.truth
     assert truth.rv is not None
-    anatomy = analyse(sample.mask)
+    anatomy = analyze(sample.mask)
     right = anatomy.rv
     assert right is not None
     assert right.wall_thickness == pytest.approx(rv_wall, abs=0.5 * COARSE)
@@ -172,7 +172,7 @@ def test_analysis_recovers_what_is_true(
 
 
 def test_both_ventricles_can_be_demanded(sample: samples.Sample) -> None:
-    auto, told = (analyse(sample.mask, ventricles=v) for v in ("auto", "biv"))
+    auto, told = (analyze(sample.mask, ventricles=v) for v in ("auto", "biv"))
     assert told.rv is not None
     np.testing.assert_array_equal(auto.frame, told.frame)
 

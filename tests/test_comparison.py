@@ -10,7 +10,7 @@ import pytest
 import heartgen
 from benchmarks.solids import cut_volume, ellipsoid
 from heartgen import samples
-from heartgen.anatomy import analyse
+from heartgen.anatomy import analyze
 from heartgen.errors import InputError
 from heartgen.fields import global_strains
 from heartgen.mesh import HexMesh
@@ -97,7 +97,7 @@ def test_one_mesh_is_no_comparison(beat: list[HexMesh], names) -> None:
 def both() -> list[HexMesh]:
     """Both ventricles of two hearts that differ in how far down the right one reaches."""
     hearts = (samples.biv(2.5, rv_apex=height).mask for height in (12.0, 22.0))
-    return [biventricular_template(analyse(mask, "auto", "biv"), (2, 12, 8)) for mask in hearts]
+    return [biventricular_template(analyze(mask, "auto", "biv"), (2, 12, 8)) for mask in hearts]
 
 
 def test_strains_are_of_the_wall_that_corresponds(both: list[HexMesh]) -> None:

@@ -14,15 +14,15 @@ from scipy.spatial.transform import Rotation
 
 import heartgen
 from heartgen import samples
-from heartgen.anatomy import Anatomy, analyse
+from heartgen.anatomy import Anatomy, analyze
 from heartgen.fairness import CIRCUMFERENTIAL, LONGITUDINAL, assess_fairness, mesh_lines
 from heartgen.formats.assembled import assembled
 from heartgen.mesh import HexMesh
 from heartgen.mesh.bases import lagrange_extraction
 from heartgen.mesh.bernstein import lattice
-from heartgen.mesh.biventricular import Opening, biventricular_topology
+from heartgen.mesh.biventricular_topology import RvAttachment, biventricular_topology
+from heartgen.mesh.connectivity import merge_coincident
 from heartgen.mesh.numbering import corner_nodes
-from heartgen.mesh.sharing import coincident
 from heartgen.options import Apex
 from heartgen.pipeline import Personalization
 from heartgen.templates import lv_template
@@ -44,7 +44,7 @@ WAVES, PER_WAVE, HIGH = 2, 10, 3
 def round_cup() -> TruncatedEllipsoid:
     """A body of revolution."""
     return TruncatedEllipsoid(
-        centre=np.zeros(2),
+        center=np.zeros(2),
         lean=np.zeros(2),
         section=20 * np.eye(2),
         axis=50.0,
@@ -58,7 +58,7 @@ def round_cup() -> TruncatedEllipsoid:
 
 @pytest.fixture(scope="module")
 def anatomy() -> Anatomy:
-    return analyse(samples.ideal_cup(COARSE).mask)
+    return analyze(samples.ideal_cup(COARSE).mask)
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +95,7 @@ def plate(amplitude: float, radius: float) -> HexMesh:
     step = np.array([2 * np.pi / PER_WAVE, 1.0, 0.1])
     place = np.array([(i, j, 0) for j in range(HIGH) for i in range(around)])
     flat = (place[:, None] + lattice()).reshape(-1, 3) * step
-    number, first = coincident(flat)
+    number, first = merge_coincident(flat)
     x, y, depth = flat[first].T
     height = y + amplitude * np.sin(x)
     angle, away = x / radius, radius + depth
@@ -188,7 +188,7 @@ def test_every_apex_has_its_lines(
 
 @pytest.mark.parametrize("apex", ["collapsed", "hole"])
 def test_both_ventricles_have_their_lines(apex: Apex) -> None:
-    shape, opening = (2, 12, 8), Opening(5, 3, 1)
+    shape, opening = (2, 12, 8), RvAttachment(5, 3, 1)
     topology = biventricular_topology(shape, opening, apex=apex)
     random = np.random.default_rng(1).standard_normal((topology.extraction.shape[1], 3))
     _, around, along = shape
@@ -253,10 +253,10 @@ def test_normals_against_an_interpolated_surface_are_not_told(anatomy: Anatomy) 
 
 
 @pytest.mark.slow
-def test_report_tells_fairness_before_and_after_the_refinement(both: Personalization) -> None:
+def test_report_tells_fairness_before_and_after_the_optimization(both: Personalization) -> None:
     report = both.report
     assert report.fairness == assess_fairness(both.mesh, both.anatomy)
-    assert report.unrefined_fairness == assess_fairness(both.enhanced)
+    assert report.unoptimized_fairness == assess_fairness(both.enhanced)
     again = json.loads(report.to_json())
     assert again["fairness"] == asdict(report.fairness)
     assert f"along {report.fairness.longitudinal_median:.0f}" in str(report)

@@ -18,10 +18,10 @@ from heartgen.errors import AnatomyError, Cancelled, InputError
 from heartgen.images import Mask
 from heartgen.mesh.bases import deviation
 from heartgen.mesh.jacobian import volume
-from heartgen.mesh.surfaces import sample_faces
-from heartgen.options import REFINED_PASSES, REFINED_PASSES_OF_ONE, STEPS
+from heartgen.mesh.surface_faces import sample_faces
+from heartgen.optimization import FitSettings, fit_target, misfit, settings_for
+from heartgen.options import OPTIMIZED_PASSES, OPTIMIZED_PASSES_OF_ONE, STEPS
 from heartgen.pipeline import Personalization
-from heartgen.refinement import FitSettings, fit_target, misfit, settings_for
 from heartgen.warping import warp
 
 COARSE = 2.0
@@ -83,7 +83,7 @@ def test_smooth_phantom_in_any_orientation_against_its_true_surface(seed: int) -
     assert np.average(truth.distance(points), weights=weights) < 0.12
     assert volume(mesh) == pytest.approx(truth.wall_volume, rel=0.01)
     endo, normals, area = sample_faces(mesh, mesh.topology.surfaces["lv_endo"], 8)
-    # Divergence theorem with the cone from the centre of the base: the flat lid adds nothing.
+    # Divergence theorem with the cone from the center of the base: the flat lid adds nothing.
     lid = truth.basal_plane[0]
     cavity = float(np.einsum("nx,nx,n->", endo - lid, -normals, area)) / 3
     assert cavity == pytest.approx(truth.cavity_volume, rel=0.01)
@@ -181,18 +181,18 @@ def test_two_runs_agree_bit_for_bit(lifelike: samples.Sample, fitted: Personaliz
 
 @pytest.mark.slow
 def test_a_level_is_the_state_after_that_many_passes(lifelike: samples.Sample) -> None:
-    three = heartgen.personalize(lifelike.mask, lod=3, refine=False)
-    two = heartgen.personalize(lifelike.mask, lod=2, refine=False)
+    three = heartgen.personalize(lifelike.mask, lod=3, optimize=False)
+    two = heartgen.personalize(lifelike.mask, lod=2, optimize=False)
     assert len(three.deformations) == 3
     mesh = enhance(warp(three.template, three.deformations[1]))
     assert np.array_equal(mesh.dofs, two.mesh.dofs)
 
 
 @pytest.mark.slow
-def test_before_a_refinement_registration_stops_early(lifelike: samples.Sample) -> None:
+def test_before_an_optimization_registration_stops_early(lifelike: samples.Sample) -> None:
     five = heartgen.personalize(lifelike.mask, lod=5)
-    assert len(five.deformations) == REFINED_PASSES_OF_ONE
-    assert five.options.passes(5, alone=False) == REFINED_PASSES
+    assert len(five.deformations) == OPTIMIZED_PASSES_OF_ONE
+    assert five.options.passes(5, whole_lv=False) == OPTIMIZED_PASSES
     assert not any(f.check == "level of detail" for f in five.report.findings)
 
 
@@ -206,16 +206,16 @@ def test_several_levels_at_once_give_the_same_meshes(lifelike: samples.Sample) -
 
 
 @pytest.mark.slow
-def test_without_refinement_the_mesh_is_the_enhanced_one(lifelike: samples.Sample) -> None:
-    result = heartgen.personalize(lifelike.mask, refine=False)
+def test_without_optimization_the_mesh_is_the_enhanced_one(lifelike: samples.Sample) -> None:
+    result = heartgen.personalize(lifelike.mask, optimize=False)
     assert result.mesh is result.enhanced
     assert result.report.success
 
 
 @pytest.mark.slow
-def test_refinement_gains_quality_and_keeps_or_gains_accuracy(lifelike: samples.Sample) -> None:
+def test_optimization_gains_quality_and_keeps_or_gains_accuracy(lifelike: samples.Sample) -> None:
     for lod in (1, 3):
-        paper = heartgen.personalize(lifelike.mask, lod=lod, refine=False).report
+        paper = heartgen.personalize(lifelike.mask, lod=lod, optimize=False).report
         ours = heartgen.personalize(lifelike.mask, lod=lod).report
         assert ours.accuracy.mean < 1.02 * paper.accuracy.mean
         assert ours.quality.mean > paper.quality.mean - 0.005
@@ -271,7 +271,7 @@ def test_enhanced_lines_across_the_wall_are_straight(fitted: Personalization) ->
 
 @pytest.mark.slow
 def test_linear_depth_puts_the_middle_of_the_wall_in_the_middle(lifelike: samples.Sample) -> None:
-    result = heartgen.personalize(lifelike.mask, depth="linear")
+    result = heartgen.personalize(lifelike.mask, transmural_grading=False)
     at = np.array([[0.4, 0.5, 0.0], [0.4, 0.5, 0.5], [0.4, 0.5, 1.0]])
     endo, middle, epi = np.moveaxis(result.mesh.evaluate(at), 1, 0)
     assert np.abs(middle - (endo + epi) / 2).max() < 1e-10
@@ -328,7 +328,7 @@ def test_slices_that_are_shifted_are_moved_back_and_reported() -> None:
     for plane, move in enumerate(moves):
         voxels[:, :, plane] = np.roll(voxels[:, :, plane], move, axis=(0, 1))
     shifted = replace(mask, voxels=voxels)
-    off, auto = (heartgen.personalize(shifted, shifts=s).report for s in ("off", "auto"))
+    off, auto = (heartgen.personalize(shifted, slice_alignment=s).report for s in ("off", "auto"))
     sizes = [np.linalg.norm(s.shift) for s in auto.slices]
     assert max(sizes) > 1.5
     assert not any(any(s.shift) for s in off.slices)
@@ -341,7 +341,7 @@ def test_slices_that_are_shifted_are_moved_back_and_reported() -> None:
 
 @pytest.mark.parametrize(
     ("formats", "made"),
-    [((), []), (("stl", "cheart"), []), (("pts", "stl"), ["fibres"]), (("pts", "vtu"), "all")],
+    [((), []), (("stl", "cheart"), []), (("pts", "stl"), ["fibers"]), (("pts", "vtu"), "all")],
 )
 def test_fields_are_made_for_formats_that_hold_them(fitted, tmp_path, monkeypatch, formats, made):
     asked = []
@@ -355,8 +355,8 @@ def test_fields_are_made_for_formats_that_hold_them(fitted, tmp_path, monkeypatc
 def test_an_invalid_mesh_whose_fields_cannot_be_made_has_a_report(fitted, tmp_path):
     broken = replace(fitted, mesh=fitted.mesh.with_dofs(np.full_like(fitted.mesh.dofs, np.nan)))
     assert [path.name for path in broken.write(tmp_path, ())] == ["report.json"]
-    with pytest.raises(InputError, match="'fibre' is not known"):
-        broken.write(tmp_path, (), fields=["fibre"])
+    with pytest.raises(InputError, match="'fiber' is not known"):
+        broken.write(tmp_path, (), fields=["fiber"])
 
 
 def test_write_gives_three_files(fitted: Personalization, tmp_path: Path) -> None:
@@ -373,9 +373,9 @@ def test_write_gives_three_files(fitted: Personalization, tmp_path: Path) -> Non
         ({"elements": (1, 0, 6)}, "elements"),
         ({"truncate": "maybe"}, "truncation"),
         ({"truncate": 500.0}, "truncation"),
-        ({"depth": "cubic"}, "depth"),
+        ({"transmural_lines": "bent"}, "transmural lines 'bent'"),
         ({"basis": "linear"}, "basis 'linear' is not known"),
-        ({"shifts": "on"}, "shifts 'on' are not known"),
+        ({"slice_alignment": "on"}, "slice alignment 'on' is not known"),
     ],
 )
 def test_bad_choices_get_a_sentence(

@@ -25,7 +25,9 @@ def main() -> None:
     """Fit, tabulate and draw."""
     a = arguments(__doc__, "enhancement")
     cases = cases_of(a.masks, a.out)
-    results = sweep(cases, enhance=[True, False], refine=False, out=a.out, workers=Workers(a.jobs))
+    results = sweep(
+        cases, enhance=[True, False], optimize=False, out=a.out, workers=Workers(a.jobs)
+    )
     text = f"{summaries(by_options(results, VARIED))}\n\n{gain(results)}"
     tell(text, draw_sweep(results, VARIED), a.out)
 

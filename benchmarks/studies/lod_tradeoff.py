@@ -2,8 +2,8 @@
 
 usage: python -m benchmarks.studies.lod_tradeoff [FOLDER_OR_MASK...] [--jobs N] [--out FOLDER]
 
-Of the paper's four steps, and with the refinement. Phantoms are fitted if no masks are given. What
-is fitted stays in the folder and is not fitted again.
+Of the paper's four steps, and with the optimization. Phantoms are fitted if no masks are given.
+What is fitted stays in the folder and is not fitted again.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from heartgen.cohort import Workers, sweep
 from heartgen.cohort.summary import by_options
 from heartgen.viewing.tradeoff import draw_sweep
 
-VARIED = ["refine", "lod"]
+VARIED = ["optimize", "lod"]
 
 
 def main() -> None:
     """Fit, tabulate and draw."""
     a = arguments(__doc__, "lod_tradeoff")
     cases = cases_of(a.masks, a.out)
-    results = sweep(cases, refine=[False, True], out=a.out, workers=Workers(a.jobs))
+    results = sweep(cases, optimize=[False, True], out=a.out, workers=Workers(a.jobs))
     tell(summaries(by_options(results, VARIED)), draw_sweep(results, VARIED), a.out)
 
 

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from benchmarks.rows import Row, column
 from benchmarks.stacks import distance_table, rows_of
 from benchmarks.studies.common import arguments, tell
-from heartgen.viewing.tradeoff import COLOURS, FAINT
+from heartgen.viewing.tradeoff import COLORS, FAINT
 
 HEARTS = 10
 
@@ -44,8 +44,8 @@ def draw(rows: Sequence[Row]) -> Figure:
     for axes, (name, label) in zip(figure.subplots(1, len(PANELS)), PANELS.items(), strict=True):
         values = [column([r for r in done if r["distance"] == d], name) for d in distances]
         low, middle, high = np.transpose([np.percentile(v, (25, 50, 75)) for v in values])
-        axes.fill_between(distances, low, high, color=COLOURS[0], alpha=FAINT, linewidth=0)
-        axes.plot(distances, middle, marker="o", color=COLOURS[0])
+        axes.fill_between(distances, low, high, color=COLORS[0], alpha=FAINT, linewidth=0)
+        axes.plot(distances, middle, marker="o", color=COLORS[0])
         axes.set(xlabel="distance between slices (mm); 0: dense", ylabel=label)
         axes.set_ylim(bottom=0)
         axes.spines[["top", "right"]].set_visible(False)

@@ -9,17 +9,17 @@ import numpy as np
 import scipy.ndimage as ndi
 from numpy.typing import NDArray
 
+from heartgen.anatomy.basal_surface import BasalSurface
 from heartgen.anatomy.base import Base, find_base
+from heartgen.anatomy.blood_pools import BloodPools, find_pools
+from heartgen.anatomy.fit_surfaces import LEAST_WALL, heights, mesh_surfaces, truncated_indicator
+from heartgen.anatomy.heart_shape import POOL_SURFACES, HeartShape, Slices
 from heartgen.anatomy.plausibility import check_proportions
-from heartgen.anatomy.pools import Pools, find_pools
-from heartgen.anatomy.right import RightVentricle, measure_right
-from heartgen.anatomy.sections import find_sections
-from heartgen.anatomy.shape import POOL_SURFACES, Shape, Slices
-from heartgen.anatomy.sheet import Sheet
-from heartgen.anatomy.shifts import without_shifts
+from heartgen.anatomy.right_ventricle import RvAnatomy, measure_right
+from heartgen.anatomy.short_axis_contours import find_sections
 from heartgen.anatomy.sizes import heart_frame, wall_thickness
+from heartgen.anatomy.slice_alignment import without_shifts
 from heartgen.anatomy.stacks import shape_of_stack
-from heartgen.anatomy.surfaces import LEAST_WALL, heights, mesh_surfaces, truncated_indicator
 from heartgen.errors import AnatomyError
 from heartgen.images.levelset import LevelSet, signed_distances
 from heartgen.images.mask import Finding, Mask
@@ -74,7 +74,7 @@ class Anatomy:
         Below the base, mm^3.
     findings : tuple of Finding
         What is worth telling the user.
-    rv : RightVentricle or None
+    rv : RvAnatomy or None
         None if the mask shows a left ventricle alone.
     uncut : Anatomy or None
         The anatomy before an apical hole was cut into it; None if there is no hole.
@@ -95,7 +95,7 @@ class Anatomy:
     pool_volume: float
     wall_volume: float
     findings: tuple[Finding, ...]
-    rv: RightVentricle | None = None
+    rv: RvAnatomy | None = None
     uncut: Anatomy | None = None
     slices: Slices | None = None
 
@@ -108,7 +108,7 @@ class Anatomy:
         return np.asarray((points - self.frame[:3, 3]) @ self.frame[:3, :3])
 
 
-def analyse(
+def analyze(
     mask: Mask,
     truncate: float | str = "auto",
     ventricles: str = "auto",
@@ -153,14 +153,14 @@ def analyse(
     return _measured(_shape_of_volume(mask, truncate, ventricles, follow_rim))
 
 
-def analyse_under(mask: Mask, options: Options) -> Anatomy:
-    """Measure a mask as `analyse` does, as far as options of the pipeline have a say in it."""
-    return analyse(
+def analyze_under(mask: Mask, options: Options) -> Anatomy:
+    """Measure a mask as `analyze` does, as far as options of the pipeline have a say in it."""
+    return analyze(
         mask,
         options.truncate,
         options.ventricles,
         options.base == "rim",
-        options.shifts == "auto",
+        options.slice_alignment == "auto",
     )
 
 
@@ -181,34 +181,36 @@ def raw_indicator(mask: Mask, anatomy: Anatomy) -> LevelSet:
     return truncated_indicator(_cropped(mask), anatomy.base, anatomy.voxel, smooth=False)
 
 
-def _shape_of_volume(mask: Mask, truncate: float | str, ventricles: str, follow_rim: bool) -> Shape:
-    """Pools, base and surfaces of a mask whose voxels fill the heart."""
+def _shape_of_volume(
+    mask: Mask, truncate: float | str, ventricles: str, follow_rim: bool
+) -> HeartShape:
+    """Blood pools, base and surfaces of a mask whose voxels fill the heart."""
     mask = _cropped(mask)
     voxel = float(np.prod(mask.spacing) ** (1 / 3))
     pools = find_pools(mask.voxels, mask.spacing, ventricles)
-    solid, levels = _levels(mask, pools)
+    filled, levels = _levels(mask, pools)
     wall = mask.voxels & ~pools.blood
     nearest = np.argmin([level.values for level in levels], axis=0)
     base = find_base(
         [mask.to_world(cavity.opening.astype(float)) for cavity in pools],
-        [_centres(mask, wall & (nearest == n)) for n in range(len(levels))],
-        _centres(mask, pools.left.pool),
-        solid,
+        [_centers(mask, wall & (nearest == n)) for n in range(len(levels))],
+        _centers(mask, pools.left.pool),
+        filled,
         voxel,
         truncate,
         follow_rim,
     )
     if base.truncation is not None and pools.right is not None:
-        pools = pools.below(heights(solid, base.surface) < 0, mask.spacing)
-        solid, levels = _levels(mask, pools)
+        pools = pools.below(heights(filled, base.surface) < 0, mask.spacing)
+        filled, levels = _levels(mask, pools)
         wall = mask.voxels & ~pools.blood
     surfaces, thickened = mesh_surfaces(
-        dict(zip(POOL_SURFACES, levels, strict=False)), solid, base, voxel
+        dict(zip(POOL_SURFACES, levels, strict=False)), filled, base, voxel
     )
-    return Shape(
+    return HeartShape(
         wall=wall,
         pools=tuple(cavity.pool for cavity in pools),
-        solid=solid,
+        filled=filled,
         levels=tuple(levels),
         base=base,
         voxel=voxel,
@@ -218,12 +220,12 @@ def _shape_of_volume(mask: Mask, truncate: float | str, ventricles: str, follow_
     )
 
 
-def _measured(shape: Shape) -> Anatomy:
+def _measured(shape: HeartShape) -> Anatomy:
     """Frame and sizes of a heart whose shape is known."""
-    base, solid, levels, voxel = shape.base, shape.solid, shape.levels, shape.voxel
-    below = heights(solid, base.surface) < 0
+    base, filled, levels, voxel = shape.base, shape.filled, shape.levels, shape.voxel
+    below = heights(filled, base.surface) < 0
     wall = shape.wall & below
-    wall_points = shape.centres(wall)
+    wall_points = shape.centers(wall)
     pool_points = [shape.below(pool) for pool in shape.pools]
     if min(len(points) for points in (wall_points, *pool_points)) < MIN_WALL_VOXELS:
         raise AnatomyError(
@@ -233,7 +235,7 @@ def _measured(shape: Shape) -> Anatomy:
     frame, radius = heart_frame(pool_points, base.plane)
     length = -float(base.plane.height(pool_points[0]).min())
     distances = [level.values[wall] for level in levels]
-    outside = -solid.values[wall]
+    outside = -filled.values[wall]
     depth = -base.surface.height(wall_points) / length
     typical, apex = wall_thickness((distances[0], outside), distances[1:], depth, "wall")
     return Anatomy(
@@ -271,19 +273,19 @@ def _cropped(mask: Mask) -> Mask:
     return Mask(np.pad(box, MARGIN), affine, mask.name, mask.findings)
 
 
-def _levels(mask: Mask, pools: Pools) -> tuple[LevelSet, list[LevelSet]]:
+def _levels(mask: Mask, pools: BloodPools) -> tuple[LevelSet, list[LevelSet]]:
     """Signed distances of wall and pools together, and of each pool."""
-    solid = ndi.binary_fill_holes(mask.voxels | pools.blood)
-    first, *others = signed_distances([solid, *(cavity.pool for cavity in pools)], mask.affine)
+    filled = ndi.binary_fill_holes(mask.voxels | pools.blood)
+    first, *others = signed_distances([filled, *(cavity.pool for cavity in pools)], mask.affine)
     return first, others
 
 
-def _centres(mask: Mask, voxels: NDArray[np.bool_]) -> NDArray[np.float64]:
+def _centers(mask: Mask, voxels: NDArray[np.bool_]) -> NDArray[np.float64]:
     """World coordinates of the voxels that are set."""
     return mask.to_world(np.argwhere(voxels).astype(float))
 
 
-def _openings(pools: Pools, mask: Mask, base: Base) -> tuple[Finding, ...]:
+def _openings(pools: BloodPools, mask: Mask, base: Base) -> tuple[Finding, ...]:
     """Openings of the wall far from the base: how large and where; they were closed."""
     pixel = float(np.prod(mask.spacing) ** (2 / 3))
     leaks = [("left", leak, pools.left) for leak in pools.left.leaks]
@@ -311,7 +313,7 @@ def _openings(pools: Pools, mask: Mask, base: Base) -> tuple[Finding, ...]:
     return tuple(found)
 
 
-def _findings(pools: Pools, base: Base, voxel: float, thickened: bool) -> tuple[Finding, ...]:
+def _findings(pools: BloodPools, base: Base, voxel: float, thickened: bool) -> tuple[Finding, ...]:
     """What the analysis did that the user should know."""
     found = []
     muscle_voxels = sum(cavity.muscle_voxels for cavity in pools)
@@ -332,7 +334,7 @@ def _findings(pools: Pools, base: Base, voxel: float, thickened: bool) -> tuple[
             )
         )
     if base.truncation is not None:
-        reference = "the rim" if isinstance(base.surface, Sheet) else "the basal plane"
+        reference = "the rim" if isinstance(base.surface, BasalSurface) else "the basal plane"
         found.append(
             Finding(
                 "truncation",

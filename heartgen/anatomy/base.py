@@ -1,4 +1,4 @@
-"""The base: the plane of the opening if it was cut flat, a sheet below the valves if it was not."""
+"""The base: the plane of the opening if it was cut flat, a surface below the valves if not."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from heartgen.anatomy.basal_surface import BasalSurface, fit_basal_surface
 from heartgen.anatomy.plane import Plane
-from heartgen.anatomy.sheet import Sheet, fit_sheet
 from heartgen.errors import AnatomyError
 from heartgen.images.levelset import LevelSet
 
@@ -41,16 +41,17 @@ class Base:
     ----------
     plane : Plane
         The basal plane, or the truncation below it.
-    surface : Plane or Sheet
-        End of the mesh: that plane, or a sheet about it that follows an uneven rim.
+    surface : Plane or BasalSurface
+        End of the mesh: that plane, or a basal surface about it that follows an uneven rim.
     truncation : float or None
-        Distance of the truncation below the rim's plane or sheet, mm; None if there is none.
+        Distance of the truncation below the rim's plane or basal surface, mm; None if there is
+        none.
     irregularity : float
         Rise and fall of the rim about its plane (5th to 95th percentile), mm.
     """
 
     plane: Plane
-    surface: Plane | Sheet
+    surface: Plane | BasalSurface
     truncation: float | None
     irregularity: float
 
@@ -59,7 +60,7 @@ def find_base(
     openings: Sequence[NDArray[np.float64]],
     walls: Sequence[NDArray[np.float64]],
     pool: NDArray[np.float64],
-    solid: LevelSet,
+    filled: LevelSet,
     voxel: float,
     truncate: float | str,
     follow: bool = True,
@@ -69,19 +70,20 @@ def find_base(
     Parameters
     ----------
     openings : sequence of (n, 3) float64
-        Centres of the voxels at the opening of each ventricle's pool, mm, world (LPS).
+        Centers of the voxels at the opening of each ventricle's pool, mm, world (LPS).
     walls : sequence of (m, 3) float64
-        Centres of the myocardium's voxels around each ventricle's pool.
+        Centers of the myocardium's voxels around each ventricle's pool.
     pool : (p, 3) float64
-        Centres of the left ventricle's pool's voxels.
-    solid : LevelSet
+        Centers of the left ventricle's pool's voxels.
+    filled : LevelSet
         Myocardium and pools together.
     voxel : float
         Voxel size, mm.
     truncate : float or {"auto", "off"}
         Distance below the rim in mm; ``"auto"`` truncates where the rim is irregular.
     follow : bool
-        Whether the mesh ends on a sheet that follows an irregular rim, or on a plane below it.
+        Whether the mesh ends on a basal surface that follows an irregular rim, or on a plane below
+        it.
 
     Returns
     -------
@@ -97,19 +99,19 @@ def find_base(
     plane = fit_plane(opening, below, voxel)
     length = -float(plane.height(pool).min())
     middles = [fit_plane(each, below, voxel).origin for each in openings]
-    centres = np.concatenate(
+    centers = np.concatenate(
         [_rim(wall, plane, middle) for wall, middle in zip(walls, middles, strict=True)]
     )
-    rim_plane = fit_plane(centres, below, voxel)
-    residual = rim_plane.height(centres)
+    rim_plane = fit_plane(centers, below, voxel)
+    residual = rim_plane.height(centers)
     irregularity = float(np.ptp(np.percentile(residual, [5, 95])))
     valves = irregularity > max(IRREGULAR_VOXELS * voxel, IRREGULAR * length)
-    plane = rim_plane if valves else _refine(plane, opening, solid, voxel)
+    plane = rim_plane if valves else _refine(plane, opening, filled, voxel)
     if truncate == "off" or (truncate == "auto" and not valves):
         return Base(plane, plane, None, irregularity)
-    sheet = fit_sheet(plane, centres, length) if valves and follow else None
+    basal_surface = fit_basal_surface(plane, centers, length) if valves and follow else None
     distance = (
-        _default_truncation(sheet or plane, centres, length, voxel)
+        _default_truncation(basal_surface or plane, centers, length, voxel)
         if truncate == "auto"
         else float(truncate)
     )
@@ -119,13 +121,18 @@ def find_base(
             "choose a distance between 0 and half the length"
         )
     plane = plane.shifted(-distance)
-    return Base(plane, plane if sheet is None else sheet.shifted(-distance), distance, irregularity)
+    return Base(
+        plane,
+        plane if basal_surface is None else basal_surface.shifted(-distance),
+        distance,
+        irregularity,
+    )
 
 
 def _default_truncation(
-    base: Plane | Sheet, rim: NDArray[np.float64], length: float, voxel: float
+    base: Plane | BasalSurface, rim: NDArray[np.float64], length: float, voxel: float
 ) -> float:
-    """Distance below a plane or a sheet at which there is muscle all around, mm."""
+    """Distance below a plane or a basal surface at which there is muscle all around, mm."""
     lowest = voxel - float(np.percentile(base.height(rim), LOW_RIM))
     return max(DEFAULT_TRUNCATION * length, lowest) if isinstance(base, Plane) else lowest
 
@@ -182,12 +189,12 @@ def _rim(
     return np.asarray(wall[top])
 
 
-def _refine(plane: Plane, opening: NDArray[np.float64], solid: LevelSet, voxel: float) -> Plane:
-    """Plane through the sub-voxel surface over the opening instead of through voxel centres."""
+def _refine(plane: Plane, opening: NDArray[np.float64], filled: LevelSet, voxel: float) -> Plane:
+    """Plane through the sub-voxel surface over the opening instead of through voxel centers."""
     below = plane.origin - plane.normal
     points = opening
     for _ in range(3):
-        distance, gradient = solid.sample(points)
+        distance, gradient = filled.sample(points)
         slope = np.maximum(gradient @ plane.normal, 0.5)
         points = points - (distance / slope)[:, None] * plane.normal
     return fit_plane(points, below, voxel)

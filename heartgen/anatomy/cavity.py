@@ -16,7 +16,7 @@ CORE_DEPTH = 0.15
 from hollows on the outside of the heart that it touches over a low rim or through a pin-hole."""
 
 EXPOSED = 0.3
-"""Share of a pocket's faces on the hull above which it lies outside the wall."""
+"""Share of a part's faces on the hull above which it lies outside the wall."""
 
 MUSCLE_RADIUS = 0.4
 """Papillary muscles and trabeculae up to this radius, over the pool's inner radius, are pool."""
@@ -93,13 +93,13 @@ class Cavity:
     leaks: tuple[Leak, ...]
 
 
-def find_cavity(space: Space, territory: NDArray[np.bool_], ventricle: str) -> Cavity:
+def find_cavity(space: Space, seed_region: NDArray[np.bool_], ventricle: str) -> Cavity:
     """Find the blood pool of one ventricle and its opening.
 
     Parameters
     ----------
     space : Space
-    territory : (nx, ny, nz) bool
+    seed_region : (nx, ny, nz) bool
         The part of the empty space that may belong to this ventricle.
     ventricle : str
         Its name in messages.
@@ -113,21 +113,21 @@ def find_cavity(space: Space, territory: NDArray[np.bool_], ventricle: str) -> C
     AnatomyError
         If there is no opening.
     """
-    inner_radius = float(space.depth[territory].max())
-    whole = _with_enclosed(deepest_pocket(space, territory), territory, space.hull)
+    inner_radius = float(space.depth[seed_region].max())
+    whole = _with_enclosed(deepest_residue(space, seed_region), seed_region, space.hull)
     pool = without_channels(whole, space.spacing)
     muscle = _muscles(pool, space.wall, space.spacing, inner_radius)
     pool = pool | muscle
     opening = _opening(pool, space.hull, ventricle)
     far = _far(opening, pool, space.spacing, inner_radius)
     leaks = _leaks(whole | pool, space.hull, opening, far)
-    outside = (~space.hull & far) | (space.empty & ~territory)
-    pool = pool | _crevices(whole, pool, outside, space.spacing)
+    outside = (~space.hull & far) | (space.empty & ~seed_region)
+    pool = pool | _narrow_recesses(whole, pool, outside, space.spacing)
     return Cavity(pool, opening, int((muscle & space.wall).sum()), leaks)
 
 
-def deepest_pocket(space: Space, part: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Core of the deepest pocket in a part of the empty space, and its surroundings.
+def deepest_residue(space: Space, part: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Core of the deepest part of the convex hull's residue, and its surroundings.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def deepest_pocket(space: Space, part: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def greatest(
     values: NDArray[np.float32], labels: NDArray[np.integer], count: int
 ) -> NDArray[np.float64]:
-    """Greatest value in each labelled region; quick where most of the array is unlabelled.
+    """Greatest value in each labeled region; quick where most of the array is unlabeled.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ def without_channels(pool: NDArray[np.bool_], spacing: NDArray[np.float64]) -> N
 def exposure(
     labels: NDArray[np.integer], hull: NDArray[np.bool_], which: NDArray[np.intp]
 ) -> NDArray[np.float64]:
-    """Share of the faces of each labelled region that lies on the hull.
+    """Share of the faces of each labeled region that lies on the hull.
 
     Parameters
     ----------
@@ -218,7 +218,7 @@ def exposure(
 def _with_enclosed(
     pool: NDArray[np.bool_], empty: NDArray[np.bool_], hull: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """Pool and all enclosed pockets."""
+    """Pool and all enclosed parts of the residue."""
     rest, count = ndi.label(empty & ~pool)
     if count == 0:
         return pool
@@ -229,7 +229,7 @@ def _with_enclosed(
 def _faces(
     labels: NDArray[np.integer], outside: NDArray[np.bool_], which: NDArray[np.intp]
 ) -> NDArray[np.float64]:
-    """Number of voxel faces that each labelled region shares with `outside`."""
+    """Number of voxel faces that each labeled region shares with `outside`."""
     count = np.zeros(labels.shape, dtype=np.int16)
     for axis in range(3):
         for step in (-1, 1):
@@ -258,14 +258,14 @@ def _muscles(
 
 def _opening(pool: NDArray[np.bool_], hull: NDArray[np.bool_], ventricle: str) -> NDArray[np.intp]:
     """Largest patch of the pool's voxels next to the outside of the hull."""
-    lid = pool & ndi.binary_dilation(~hull)
-    parts, count = ndi.label(lid, structure=CONNECTED)
+    valve_plane = pool & ndi.binary_dilation(~hull)
+    parts, count = ndi.label(valve_plane, structure=CONNECTED)
     if count == 0:
         raise AnatomyError(
             f"the cavity of the {ventricle} ventricle has no opening: the wall closes all around "
             "it; crop the mask below the valves so that the ventricle is open at the base"
         )
-    sizes = ndi.sum_labels(lid, parts, np.arange(1, count + 1))
+    sizes = ndi.sum_labels(valve_plane, parts, np.arange(1, count + 1))
     return np.argwhere(parts == int(np.argmax(sizes)) + 1)
 
 
@@ -276,9 +276,9 @@ def _far(
     inner_radius: float,
 ) -> NDArray[np.bool_]:
     """Voxels that are farther from a pool's opening than its inner radius."""
-    lid = np.zeros_like(pool)
-    lid[tuple(opening.T)] = True
-    return ~near(lid, inner_radius, spacing)
+    valve_plane = np.zeros_like(pool)
+    valve_plane[tuple(opening.T)] = True
+    return ~near(valve_plane, inner_radius, spacing)
 
 
 def _leaks(
@@ -299,7 +299,7 @@ def _leaks(
     )
 
 
-def _crevices(
+def _narrow_recesses(
     whole: NDArray[np.bool_],
     pool: NDArray[np.bool_],
     outside: NDArray[np.bool_],

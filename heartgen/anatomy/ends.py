@@ -7,7 +7,7 @@ import scipy.ndimage as ndi
 from numpy.typing import NDArray
 from skimage.morphology import convex_hull_image
 
-from heartgen.anatomy.following import closing
+from heartgen.anatomy.slice_tracking import closing
 
 Pixels = NDArray[np.bool_]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.anatomy.analysis import Anatomy
-from heartgen.anatomy.surfaces import heights
+from heartgen.anatomy.fit_surfaces import heights
 from heartgen.images.levelset import LevelSet
 from heartgen.images.mask import Finding
 
@@ -87,7 +87,7 @@ def with_hole(anatomy: Anatomy, cone: Cone) -> Anatomy:
     )
     return replace(
         anatomy,
-        surfaces={**anatomy.surfaces, "apex": LevelSet(depth, level.affine)},
+        surfaces={**anatomy.surfaces, "apical_rim": LevelSet(depth, level.affine)},
         myocardium=LevelSet(
             np.maximum(level.values, depth / np.float32(anatomy.voxel)), level.affine
         ),

@@ -16,7 +16,7 @@ CHUNK = 2048
 
 
 def convex_hull(voxels: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Voxels whose centres lie in the convex hull of the centres of a shape's voxels.
+    """Voxels whose centers lie in the convex hull of the centers of a shape's voxels.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ import scipy.ndimage as ndi
 from numpy.typing import NDArray
 
 from heartgen.anatomy.ends import SPECK
-from heartgen.anatomy.following import LEAST_POOL, whole_pools
+from heartgen.anatomy.slice_tracking import LEAST_POOL, whole_pools
 from heartgen.images.mask import LEFT_BLOOD, RIGHT_BLOOD
 
 Pixels = NDArray[np.bool_]

@@ -24,7 +24,7 @@ def heart_frame(
     Parameters
     ----------
     pools : sequence of (n, 3) float64
-        Centres of the voxels of the left pool, and of the right one if there is one, below the
+        Centers of the voxels of the left pool, and of the right one if there is one, below the
         base, mm, world (LPS).
     plane : Plane
 
@@ -51,8 +51,8 @@ def heart_frame(
         x /= np.linalg.norm(x)
     frame = np.eye(4)
     frame[:3, :3] = np.stack([x, np.cross(z, x), z], -1)
-    centre = near_base.mean(0)
-    frame[:3, 3] = centre - plane.height(centre[None]) * z
+    center = near_base.mean(0)
+    frame[:3, 3] = center - plane.height(center[None]) * z
     return frame, float(2 * np.sqrt(variance.mean()))
 
 

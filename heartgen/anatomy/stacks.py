@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.anatomy.base import Base
+from heartgen.anatomy.fit_surfaces import heights, mesh_surfaces
+from heartgen.anatomy.heart_shape import POOL_SURFACES, HeartShape, Slices
 from heartgen.anatomy.interpolation import Part, part_of
 from heartgen.anatomy.plane import Plane
-from heartgen.anatomy.sections import Sections
-from heartgen.anatomy.shape import POOL_SURFACES, Shape, Slices
-from heartgen.anatomy.surfaces import heights, mesh_surfaces
+from heartgen.anatomy.short_axis_contours import ShortAxisContours
 from heartgen.errors import AnatomyError
 from heartgen.images.contours import contour
 from heartgen.images.isosurface import Isosurface
@@ -25,19 +25,19 @@ APICAL_WALL = 0.5
 """Thickness of the wall at the apex, at least, over the median thickness in the slices."""
 
 
-def shape_of_stack(sections: Sections, truncate: float | str) -> Shape:
+def shape_of_stack(sections: ShortAxisContours, truncate: float | str) -> HeartShape:
     """Interpolate the parts of the heart between slices, and find its ends.
 
     Parameters
     ----------
-    sections : Sections
+    sections : ShortAxisContours
     truncate : float or {"auto", "off"}
         Truncation below the upper end of the stack, mm; ``"auto"`` is none, because slices are
         planned below the valves.
 
     Returns
     -------
-    Shape
+    HeartShape
 
     Raises
     ------
@@ -53,29 +53,29 @@ def shape_of_stack(sections: Sections, truncate: float | str) -> Shape:
         )
     heart, pools = _parts(sections)
     z, affine = _grid(stack, heart)
-    solid, *levels = level_distances(
+    filled, *levels = level_distances(
         [np.moveaxis(part.at(z), 0, 2) for part in (heart, *pools)], affine
     )
     base = _base(stack, pools[0], truncate)
     voxel = float(np.prod(np.linalg.norm(affine[:3, :3], axis=0)) ** (1 / 3))
-    surfaces, _ = mesh_surfaces(dict(zip(POOL_SURFACES, levels, strict=False)), solid, base, voxel)
+    surfaces, _ = mesh_surfaces(dict(zip(POOL_SURFACES, levels, strict=False)), filled, base, voxel)
     blood = np.min([level.values for level in levels], axis=0)
-    wall = np.maximum(solid.values, -blood)
-    return Shape(
+    wall = np.maximum(filled.values, -blood)
+    return HeartShape(
         wall=wall < 0,
         pools=tuple(level.values < 0 for level in levels),
-        solid=solid,
+        filled=filled,
         levels=tuple(levels),
         base=base,
         voxel=voxel,
         surfaces=surfaces,
-        myocardium=LevelSet(np.maximum(wall, heights(solid, base.plane)), affine),
+        myocardium=LevelSet(np.maximum(wall, heights(filled, base.plane)), affine),
         findings=(*sections.findings, _interpolated(stack, voxel)),
         slices=_slices(sections, surfaces),
     )
 
 
-def _parts(sections: Sections) -> tuple[Part, list[Part]]:
+def _parts(sections: ShortAxisContours) -> tuple[Part, list[Part]]:
     """Filled heart and pools, closed at their lower ends."""
     stack = sections.stack
     z, distance = stack.heights, stack.distance
@@ -90,7 +90,7 @@ def _parts(sections: Sections) -> tuple[Part, list[Part]]:
     return heart, pools
 
 
-def _typical_wall(sections: Sections) -> float:
+def _typical_wall(sections: ShortAxisContours) -> float:
     """Median over the slices of the left wall's thickness: that of a ring of its area, mm."""
     pixel = float(np.prod(sections.stack.spacing))
     thick = []
@@ -122,9 +122,9 @@ def _grid(stack: Stack, heart: Part) -> tuple[NDArray[np.float64], NDArray[np.fl
 
 def _base(stack: Stack, pool: Part, truncate: float | str) -> Base:
     """Upper end of the slab of the uppermost slice, or a truncation below it."""
-    centre = np.argwhere(pool.values[-1] < 0).mean(0)
+    center = np.argwhere(pool.values[-1] < 0).mean(0)
     end = float(stack.heights[-1]) + stack.distance / 2
-    plane = Plane(stack.to_world(np.array([[*centre, end]]))[0], stack.normal)
+    plane = Plane(stack.to_world(np.array([[*center, end]]))[0], stack.normal)
     if isinstance(truncate, str):
         return Base(plane, plane, None, 0.0)
     length = end - float(pool.heights[0])
@@ -137,7 +137,7 @@ def _base(stack: Stack, pool: Part, truncate: float | str) -> Base:
     return Base(plane, plane, float(truncate), 0.0)
 
 
-def _slices(sections: Sections, surfaces: dict[str, LevelSet]) -> Slices:
+def _slices(sections: ShortAxisContours, surfaces: dict[str, LevelSet]) -> Slices:
     """Contours in the slices."""
     stack = sections.stack
     shapes = {"lv_endo": sections.left, "epi": sections.heart}

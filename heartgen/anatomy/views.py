@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.anatomy.analysis import Anatomy
-from heartgen.anatomy.shape import Slices
+from heartgen.anatomy.heart_shape import Slices
 from heartgen.errors import AnatomyError
 from heartgen.images.contours import contour
 from heartgen.images.isosurface import Isosurface

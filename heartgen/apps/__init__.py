@@ -10,19 +10,20 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from heartgen.errors import needing
+from heartgen.renamed import keep_former_names
 
 if TYPE_CHECKING:
-    from heartgen.apps.lessons import compare, look
-    from heartgen.apps.page import dashboard
+    from heartgen.apps.dashboard_page import dashboard
+    from heartgen.apps.notebook_cells import compare, view
     from heartgen.apps.session import Session
 
-__all__ = ["Session", "compare", "dashboard", "look"]
+__all__ = ["Session", "compare", "dashboard", "view"]
 
 _HOMES = {
     "Session": "heartgen.apps.session",
-    "compare": "heartgen.apps.lessons",
-    "dashboard": "heartgen.apps.page",
-    "look": "heartgen.apps.lessons",
+    "compare": "heartgen.apps.notebook_cells",
+    "dashboard": "heartgen.apps.dashboard_page",
+    "view": "heartgen.apps.notebook_cells",
 }
 
 
@@ -32,3 +33,6 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'heartgen.apps' has no attribute {name!r}")
     with needing("the dashboard needs", "apps"):
         return getattr(import_module(_HOMES[name]), name)
+
+
+keep_former_names(__name__)

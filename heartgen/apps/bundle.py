@@ -12,7 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from heartgen.apps.choices import changed_options
+from heartgen.apps.run_options import changed_options
 from heartgen.apps.runs import Outcome
 from heartgen.errors import HeartgenError
 from heartgen.options import usual_elements
@@ -49,7 +49,7 @@ def make_bundle(
     levels : iterable of Outcome
         Other levels of detail of the case, for the picture that compares them.
     cells : {"hex8", "hex20", "hex27", "tet4", "tet10"}, optional
-        Cells for the formats of simple cells; the usual ones of each if omitted.
+        Cells for the formats of linear or quadratic cells; the usual ones of each if omitted.
 
     Returns
     -------
@@ -109,6 +109,7 @@ def manifest(outcome: Outcome, files: dict[str, str]) -> dict[str, Any]:
         "options": asdict(outcome.result.options),
         "versions": report.versions,
         "success": report.success,
+        "status": report.status,
         "error_mean_mm": report.accuracy.mean,
         "quality_mean": report.quality.mean,
         "wriggle_median_degrees": {

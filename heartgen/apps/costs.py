@@ -18,7 +18,10 @@ OTHERS = {
 """Seconds of the steps that do not depend on the level. Both tables: samples "lifelike" and "biv",
 of 1 mm voxels and usual numbers of elements, two cores of a small virtual machine."""
 
-PER_ELEMENT = {"refinement": {"lv": 0.05, "biv": 0.028}, "assessment": {"lv": 0.006, "biv": 0.003}}
+PER_ELEMENT = {
+    "optimization": {"lv": 0.05, "biv": 0.028},
+    "assessment": {"lv": 0.006, "biv": 0.003},
+}
 """Seconds of an element in the steps that grow with their number."""
 
 
@@ -35,7 +38,7 @@ class Costs:
     slowness: float = 1.0
 
     def expect(
-        self, options: Options, both: bool, levels: tuple[int, ...], analysed: bool
+        self, options: Options, both: bool, levels: tuple[int, ...], analyzed: bool
     ) -> dict[str, float]:
         """Seconds of every step.
 
@@ -46,7 +49,7 @@ class Costs:
             Both ventricles.
         levels : tuple of int
             Levels of detail that are fitted together.
-        analysed : bool
+        analyzed : bool
             The shape analysis is there already.
 
         Returns
@@ -61,11 +64,11 @@ class Costs:
             "registration": REGISTRATION[kind][options.passes(max(levels), not both) - 1],
             **{step: cost[kind] * n for step, cost in PER_ELEMENT.items()},
         }
-        if analysed:
+        if analyzed:
             seconds["shape analysis"] = 0.0
-        if not options.refine:
-            seconds["refinement"] = 0.0
-        each = {"warping", "enhancement", "refinement", "assessment"}
+        if not options.optimize:
+            seconds["optimization"] = 0.0
+        each = {"warping", "enhancement", "optimization", "assessment"}
         return {
             step: self.slowness * seconds[step] * (len(levels) if step in each else 1)
             for step in STEPS

@@ -21,7 +21,7 @@ def limit() -> None:
         resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
 
 
-def give_back() -> None:
+def release_memory() -> None:
     """Return what is free to the system, where the C library can: it is much after a run."""
     with suppress(OSError, AttributeError):  # not glibc
         ctypes.CDLL("libc.so.6").malloc_trim(0)

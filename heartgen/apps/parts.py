@@ -69,7 +69,7 @@ def classed(widget: Any, classes: str) -> Any:
 
 
 def row(label: str, control: Any, tooltip: str) -> Any:
-    """A labelled control that explains itself on hover.
+    """A labeled control that explains itself on hover.
 
     The label is the widget's own description, which the browser ties to the control.
     """

@@ -16,7 +16,7 @@ from heartgen.options import STEPS
 
 if TYPE_CHECKING:
     from heartgen.anatomy import Anatomy
-    from heartgen.apps.cases import Case
+    from heartgen.apps.input_case import InputCase
     from heartgen.options import Options
     from heartgen.pipeline import Personalization
 
@@ -35,12 +35,12 @@ class Outcome:
     ----------
     run : int
         Number of the run.
-    case : Case
+    case : InputCase
     result : Personalization
     """
 
     run: int
-    case: Case
+    case: InputCase
     result: Personalization
 
     @property
@@ -86,7 +86,7 @@ class Run(HasTraits):
     case = AnyTrait()
     options = AnyTrait()
 
-    def __init__(self, case: Case, options: Options, **traits: Any) -> None:
+    def __init__(self, case: InputCase, options: Options, **traits: Any) -> None:
         super().__init__(case=case, options=options, **traits)
         self.shares = dict.fromkeys(STEPS, 0.0)
         self._stop = threading.Event()

@@ -67,7 +67,7 @@ KERNEL = {"HistoryManager": {"enabled": False}, "IPKernelApp": {"log_level": 40}
 
 
 @dataclass(frozen=True)
-class Place:
+class Address:
     """Where the dashboard is served.
 
     Attributes
@@ -90,12 +90,12 @@ class Place:
     browser: bool = True
 
 
-def serve(place: Place) -> None:
+def serve(place: Address) -> None:
     """Serve the dashboard until it is interrupted.
 
     Parameters
     ----------
-    place : Place
+    place : Address
 
     Raises
     ------
@@ -155,7 +155,7 @@ def notebook() -> Path:
     raise HeartgenError(f"{NOTEBOOK} is missing from the installation: install heartgen again")
 
 
-def environment(place: Place, folder: Path) -> dict[str, str]:
+def environment(place: Address, folder: Path) -> dict[str, str]:
     """Variables of the server, which its kernels inherit."""
     paths = [str(folder / "config"), os.environ.get("JUPYTER_CONFIG_PATH", "")]
     return {
@@ -168,7 +168,7 @@ def environment(place: Place, folder: Path) -> dict[str, str]:
     }
 
 
-def arguments(place: Place, folder: Path) -> list[str]:
+def arguments(place: Address, folder: Path) -> list[str]:
     """Command line of Jupyter's server."""
     local = place.host in LOCAL
     token = place.token if place.token is not None else "" if local else secrets.token_urlsafe(24)

@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING, Any
 from traitlets import Any as AnyTrait
 from traitlets import Dict, HasTraits, Instance, Int, List, Unicode, observe
 
-from heartgen.apps.cases import BINARY, Case, analyse_case, load_file, load_sample
-from heartgen.apps.choices import Choices
 from heartgen.apps.costs import Costs
-from heartgen.apps.memory import give_back
+from heartgen.apps.input_case import BINARY, InputCase, analyze_case, load_file, load_sample
+from heartgen.apps.memory import release_memory
+from heartgen.apps.run_options import RunOptions
 from heartgen.apps.runs import Outcome, Post, Run
 from heartgen.apps.steps import StepState
 from heartgen.errors import HeartgenError, sentence
@@ -49,7 +49,7 @@ class Session(HasTraits):
         What is being read or measured; empty when nothing is.
     complaint : str
         Why the last input was refused, or its heart cannot be measured.
-    choices : Choices
+    choices : RunOptions
     runs : list of Run
         The newest last.
     outcomes : list of Outcome
@@ -65,7 +65,7 @@ class Session(HasTraits):
     anatomy = AnyTrait(None, allow_none=True)
     reading = Unicode("")
     complaint = Unicode("")
-    choices = Instance(Choices)
+    choices = Instance(RunOptions)
     runs: List[Run] = List()
     outcomes: List[Outcome] = List()
     shown = AnyTrait(None, allow_none=True)
@@ -74,7 +74,7 @@ class Session(HasTraits):
     cost_revision = Int(0)
 
     def __init__(self, post: Post | None = None, **traits: Any) -> None:
-        super().__init__(choices=Choices(), **traits)
+        super().__init__(choices=RunOptions(), **traits)
         self._post: Post = post or (lambda change: change())
         self.costs = Costs()
         self.folder = Path(tempfile.mkdtemp(prefix="heartgen-"))
@@ -126,7 +126,7 @@ class Session(HasTraits):
     def _work_on_run(self, run: Run, anatomy: Anatomy | None) -> None:
         """In the thread: run."""
         run.work(anatomy, self.post)
-        give_back()
+        release_memory()
 
     def sweep(self) -> Future[None]:
         """Fit all levels of detail."""
@@ -164,8 +164,8 @@ class Session(HasTraits):
     def expected_seconds(self, levels: tuple[int, ...] | None = None) -> float:
         """Seconds a run with the choices of the moment is expected to take."""
         options = self.choices.options()
-        analysed = self._anatomy_for(options) is not None
-        expected = self.costs.expect(options, self.both, levels or (options.lod,), analysed)
+        analyzed = self._anatomy_for(options) is not None
+        expected = self.costs.expect(options, self.both, levels or (options.lod,), analyzed)
         return sum(expected.values())
 
     def _anatomy_for(self, options: Options) -> Anatomy | None:
@@ -173,7 +173,7 @@ class Session(HasTraits):
         key = (self.case, options.truncate, options.ventricles, options.base)
         return self.anatomy if self._measured == key else None
 
-    def _load(self, doing: str, make: Callable[[], Case]) -> Future[None]:
+    def _load(self, doing: str, make: Callable[[], InputCase]) -> Future[None]:
         """Make a case and measure the heart in it, in the thread."""
         for run in self.runs:
             if run.phase == "waiting":
@@ -183,16 +183,16 @@ class Session(HasTraits):
         self._judge_steps()
         return self._pool.submit(self._work_on_input, self._new_ask(), make)
 
-    def _work_on_input(self, ask: int, make: Callable[[], Case]) -> None:
+    def _work_on_input(self, ask: int, make: Callable[[], InputCase]) -> None:
         """In the thread: read, show, measure."""
         case = self._told(ask, make)
         if case is not None:
             self.post(lambda: self._take_case(ask, case))
             self._measure(ask, case, self.choices.options())
 
-    def _measure(self, ask: int, case: Case, options: Options) -> None:
+    def _measure(self, ask: int, case: InputCase, options: Options) -> None:
         """In the thread: measure the heart."""
-        anatomy = self._told(ask, lambda: analyse_case(case, options))
+        anatomy = self._told(ask, lambda: analyze_case(case, options))
         if anatomy is not None:
             self.post(lambda: self._take_anatomy(ask, case, options, anatomy))
 
@@ -213,7 +213,7 @@ class Session(HasTraits):
             self._ask += 1
             return self._ask
 
-    def _take_case(self, ask: int, case: Case) -> None:
+    def _take_case(self, ask: int, case: InputCase) -> None:
         if ask != self._ask:
             return
         with self.hold_trait_notifications():
@@ -224,7 +224,7 @@ class Session(HasTraits):
             self.reading = f"measuring the heart in {case.name}"
         self._judge_steps()
 
-    def _take_anatomy(self, ask: int, case: Case, options: Options, anatomy: Anatomy) -> None:
+    def _take_anatomy(self, ask: int, case: InputCase, options: Options, anatomy: Anatomy) -> None:
         if ask != self._ask:
             return
         self._measured = (case, options.truncate, options.ventricles, options.base)
@@ -288,9 +288,9 @@ class Session(HasTraits):
             "input": self._input_state(),
             "choices": self._choices_state(),
             "run": self._run_state(),
-            "look": self._look_state(),
-            "judge": self._judge_state(),
-            "take": self._take_state(),
+            "view": self._view_state(),
+            "assess": self._assess_state(),
+            "export": self._export_state(),
         }
 
     def _input_state(self) -> StepState:
@@ -325,14 +325,14 @@ class Session(HasTraits):
             return StepState("done", f"run {last.title} is done")
         return StepState("ready", "press Run")
 
-    def _look_state(self) -> StepState:
+    def _view_state(self) -> StepState:
         if self.shown is not None:
             return StepState("done", f"shows {self.shown.title}")
         if self.anatomy is not None:
             return StepState("ready", "shows the mask; run to see the mesh")
         return StepState("blocked", "there is no mask yet")
 
-    def _judge_state(self) -> StepState:
+    def _assess_state(self) -> StepState:
         if self.shown is None:
             return StepState("blocked", "there is no mesh yet")
         from heartgen.viewing.card import verdict
@@ -340,7 +340,7 @@ class Session(HasTraits):
         judged = verdict(self.shown.result.report)
         return StepState("failed" if judged.level == "bad" else "done", judged.text)
 
-    def _take_state(self) -> StepState:
+    def _export_state(self) -> StepState:
         if self.shown is None:
             return StepState("blocked", "there is no mesh yet")
         if not self.shown.result.report.quality.valid:

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from heartgen.anatomy import Anatomy, analyse_under
+from heartgen.anatomy import Anatomy, analyze_under
 from heartgen.errors import InputError, needing
 from heartgen.formats import READERS, read_mesh_file, write_mesh
 from heartgen.report import options_beside
+from heartgen.viewing.polydata import MAX_TRIANGLES, mask_surface, to_mask
 from heartgen.viewing.scene import (
     AMBIENT,
     DARK,
@@ -26,7 +27,6 @@ from heartgen.viewing.scene import (
     TUBE_SIDES,
     camera_around,
 )
-from heartgen.viewing.surfaces import MAX_TRIANGLES, mask_surface, to_mask
 
 SUBDIVISION = 3
 """Halvings of a curved cell's edge for the picture: 8 flat pieces."""
@@ -35,7 +35,7 @@ MASK_OPACITY = 0.3
 
 DISTANCE = "distance to the mask (mm)"
 
-PLAIN = "one colour"
+PLAIN = "one color"
 
 
 def view_files(mesh: Path, mask: Path | None, port: int, browser: bool) -> None:
@@ -54,12 +54,12 @@ def view_files(mesh: Path, mask: Path | None, port: int, browser: bool) -> None:
     Raises
     ------
     HeartgenError
-        If a file cannot be read, or the mask not be analysed.
+        If a file cannot be read, or the mask not be analyzed.
     """
     from heartgen.images import read_mask
 
     shown = read_mesh(mesh)
-    anatomy = None if mask is None else analyse_under(read_mask(mask), options_beside(mesh))
+    anatomy = None if mask is None else analyze_under(read_mask(mask), options_beside(mesh))
     scene = make_scene(shown, anatomy)
     serve_scene(scene, mesh.name, port, browser)
 
@@ -110,14 +110,14 @@ def make_scene(mesh: pv.DataSet, anatomy: Anatomy | None) -> Any:
     plotter.add_mesh(surface, color=MESH, name="mesh", show_scalar_bar=False, **look)
     radius = EDGE_RADIUS * float(np.ptp(lines.points, axis=0).max())
     plotter.add_mesh(lines.tube(radius=radius, n_sides=TUBE_SIDES), color=DARK, name="edges")
-    eye, centre = camera_around(np.asarray(surface.points, dtype=float))
-    plotter.camera.focal_point, plotter.camera.position = centre, eye
+    eye, center = camera_around(np.asarray(surface.points, dtype=float))
+    plotter.camera.focal_point, plotter.camera.position = center, eye
     plotter.camera.up = (0.0, 0.0, 1.0)
     return plotter
 
 
-def colours_of(plotter: Any) -> list[str]:
-    """Names of what the mesh can be coloured by."""
+def colors_of(plotter: Any) -> list[str]:
+    """Names of what the mesh can be colored by."""
     surface = plotter.actors["mesh"].mapper.dataset
     hidden = ("vtkOriginal", "Normals", "surface ", "patch ", "part ")
     names = [
@@ -128,8 +128,8 @@ def colours_of(plotter: Any) -> list[str]:
     return [PLAIN, *names]
 
 
-def colour_by(plotter: Any, name: str) -> str:
-    """Colour the mesh, and say what the ends of the scale are."""
+def color_by(plotter: Any, name: str) -> str:
+    """Color the mesh, and say what the ends of the scale are."""
     mapper = plotter.actors["mesh"].mapper
     if name == PLAIN:
         mapper.scalar_visibility = False
@@ -153,16 +153,16 @@ def serve_scene(plotter: Any, title: str, port: int, browser: bool) -> None:
     plotter.suppress_rendering = True
     server: Any = get_server("heartgen-view", client_type="vue3")
     state = server.state
-    names = colours_of(plotter)
-    state.colour, state.mask, state.scale = PLAIN, True, ""
+    names = colors_of(plotter)
+    state.color, state.mask, state.scale = PLAIN, True, ""
     with SinglePageLayout(server) as layout:
         layout.title.set_text(f"heartgen · {title}")
         with layout.toolbar:
             vuetify.VSpacer()
             vuetify.VLabel("{{ scale }}", classes="mr-4")
             vuetify.VSelect(
-                label="Colour by",
-                v_model=("colour",),
+                label="Color by",
+                v_model=("color",),
                 items=("names", names),
                 hide_details=True,
                 density="compact",
@@ -177,9 +177,9 @@ def serve_scene(plotter: Any, title: str, port: int, browser: bool) -> None:
         layout.footer.clear()
         layout.footer.add_child("Research use, not for diagnosis")
 
-    @state.change("colour", "mask")  # type: ignore[untyped-decorator]
-    def _changed(colour: str, mask: bool, **_: Any) -> None:
-        state.scale = colour_by(plotter, colour)
+    @state.change("color", "mask")  # type: ignore[untyped-decorator]
+    def _changed(color: str, mask: bool, **_: Any) -> None:
+        state.scale = color_by(plotter, color)
         if "mask" in plotter.actors:
             plotter.actors["mask"].SetVisibility(mask)
         view.update()

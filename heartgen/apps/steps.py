@@ -32,9 +32,9 @@ STEPS = tuple(
             ("input", "Input"),
             ("choices", "Choices"),
             ("run", "Run"),
-            ("look", "Look"),
-            ("judge", "Judge"),
-            ("take", "Take away"),
+            ("view", "View"),
+            ("assess", "Assess"),
+            ("export", "Export"),
         ),
         start=1,
     )

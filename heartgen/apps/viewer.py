@@ -17,8 +17,8 @@ import ipywidgets as widgets
 import numpy as np
 import pyvista as pv
 
+from heartgen.apps.mesh_scene import Scene
 from heartgen.apps.parts import SETTLING
-from heartgen.apps.scene import Scene
 from heartgen.viewing.page import scene_page
 from heartgen.viewing.scene import AMBIENT, SPECULAR, SPECULAR_POWER, camera_around, can_render
 
@@ -217,8 +217,8 @@ def _bounds(scene: Scene) -> Any:
 
 def _place_camera(plotter: Any, bounds: Any) -> None:
     """Look from the side and a little from above."""
-    eye, centre = camera_around(bounds.T)
-    plotter.camera.focal_point = centre
+    eye, center = camera_around(bounds.T)
+    plotter.camera.focal_point = center
     plotter.camera.position = eye
     plotter.camera.up = (0.0, 0.0, 1.0)
     plotter.reset_camera_clipping_range()

@@ -9,9 +9,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from heartgen.cli.choices import Debug, Frame, Label, Labels, Level, RvWall, Truncate, Ventricles
 from heartgen.cli.comparing import app
-from heartgen.cli.outcome import check_folder, told
+from heartgen.cli.outcome import check_folder, errors_reported
+from heartgen.cli.parameters import (
+    EPILOG,
+    Debug,
+    Frame,
+    Label,
+    Labels,
+    Level,
+    RvWall,
+    Truncate,
+    Ventricles,
+)
 from heartgen.cohort.workers import TIME_LIMIT
 from heartgen.errors import Cancelled, HeartgenError, InputError
 
@@ -46,7 +56,7 @@ Settings = Annotated[
         "--set",
         metavar="NAME=VALUE",
         show_default=False,
-        help="Any other option of a fit, such as quality=2 or refine=no; may be repeated.",
+        help="Any other option of a fit, such as quality=2 or optimize=no; may be repeated.",
     ),
 ]
 Jobs = Annotated[
@@ -88,7 +98,7 @@ Redo = Annotated[
 ]
 
 
-@app.command()
+@app.command(epilog=EPILOG)
 def batch(
     hearts: Hearts,
     out: Out,
@@ -114,7 +124,7 @@ def batch(
 
     Ends with 1 if a case has no mesh; its reason is in the tables.
     """
-    with told(debug), _resumable():
+    with errors_reported(debug), _resumable():
         from heartgen import cohort
         from heartgen.cohort import find_cases
         from heartgen.cohort.summary import by_ventricles
@@ -134,7 +144,7 @@ def batch(
         _show(by_ventricles(table), out)
 
 
-@app.command()
+@app.command(epilog=EPILOG)
 def sweep(
     hearts: Hearts,
     out: Out,
@@ -168,10 +178,10 @@ def sweep(
 
     Writes the tables and tradeoff.png: error against quality.
     """
-    with told(debug), _resumable():
+    with errors_reported(debug), _resumable():
         from heartgen import cohort
         from heartgen.cohort import find_cases
-        from heartgen.cohort.choices import settings_from_text
+        from heartgen.cohort.option_text import settings_from_text
         from heartgen.cohort.summary import by_options
         from heartgen.images.selecting import Selection
 
@@ -198,7 +208,7 @@ def report(
     debug: Debug = False,
 ) -> None:
     """Make a page of a batch: figures, best and worst cases in 3-D, failures and why."""
-    with told(debug):
+    with errors_reported(debug):
         from heartgen import cohort
 
         typer.echo(f"Open {cohort.write_report(out)} in a browser.")
@@ -206,7 +216,7 @@ def report(
 
 def _single(settings: list[str]) -> dict[str, Any]:
     """Options with one value each."""
-    from heartgen.cohort.choices import settings_from_text
+    from heartgen.cohort.option_text import settings_from_text
 
     found = settings_from_text(settings)
     for name, values in found.items():

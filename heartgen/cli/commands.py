@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from heartgen import __version__
-from heartgen.cli.choices import (
+from heartgen.cli.earlier import check_results
+from heartgen.cli.outcome import (
+    check_folder,
+    check_picture,
+    errors,
+    errors_reported,
+    written_together,
+)
+from heartgen.cli.parameters import (
+    EPILOG,
     Debug,
     Frame,
     Label,
@@ -21,14 +30,13 @@ from heartgen.cli.choices import (
     NoBrowser,
     Overwrite,
     RvWall,
-    Septum,
-    Shifts,
+    SeptalDirection,
+    SliceAlignment,
+    TakesFormerFlags,
     Truncate,
     Ventricles,
     Views,
 )
-from heartgen.cli.earlier import check_results
-from heartgen.cli.outcome import appearing_together, check_folder, check_picture, errors, told
 from heartgen.errors import MeshError
 
 if TYPE_CHECKING:
@@ -40,14 +48,16 @@ app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    help="From a binary mask of the myocardium to a personalised cubic Hermite mesh.",
+    cls=TakesFormerFlags,
+    help="From a binary mask of the myocardium to a personalized cubic Hermite mesh.",
+    epilog=EPILOG,
 )
 
 DPI = 150
 """Of the picture of `inspect`, dots per inch: 1800 pixels across."""
 
 
-@app.command()
+@app.command(epilog=EPILOG)
 def fit(
     mask: MaskPath,
     out: Annotated[
@@ -76,8 +86,7 @@ def fit(
         str,
         typer.Option(
             metavar="rim|plane",
-            help="Where valves rise, the mesh ends on a sheet that follows the rim, or on a plane "
-            "below it.",
+            help="Basal surface where valves rise: smooth along the rim, or a plane below it.",
         ),
     ] = "rim",
     view: Views = None,
@@ -85,13 +94,6 @@ def fit(
     labels: Labels = None,
     rv_wall: RvWall = None,
     frame: Frame = None,
-    depth: Annotated[
-        str,
-        typer.Option(
-            metavar="graded|linear",
-            help="Parametrisation across the wall: for even elements, or proportional.",
-        ),
-    ] = "graded",
     apex: Annotated[
         str,
         typer.Option(
@@ -116,29 +118,38 @@ def fit(
             "around the right apex, or stays square.",
         ),
     ] = "rounded",
-    interior: Annotated[
+    transmural_lines: Annotated[
         str,
         typer.Option(
-            metavar="straight|relaxed",
-            help="Lines across the wall: straight, or bent for better elements; surfaces stay.",
+            metavar="straight|curved",
+            help="Lines of the mesh across the wall: curved ones make better elements; surfaces "
+            "stay.",
         ),
     ] = "straight",
+    no_grading: Annotated[
+        bool,
+        typer.Option(
+            "--no-grading",
+            help="Depth in the wall proportional to the transmural coordinate, not graded for "
+            "even elements.",
+        ),
+    ] = False,
     basis: Annotated[
         str,
         typer.Option(
             metavar="hermite|lagrange",
-            help="Cubic basis of the mesh: smooth between elements, or values on a lattice.",
+            help="Cubic basis of the mesh: smooth between elements, or values at Lagrange nodes.",
         ),
     ] = "hermite",
     fields: Annotated[
         str,
         typer.Option(
             metavar="all|none|NAMES",
-            help="Fields written with the mesh: coordinates, aha, fibres, angles, thickness, "
+            help="Fields written with the mesh: coordinates, aha, fibers, angles, thickness, "
             "curvature.",
         ),
     ] = "all",
-    fibre_angles: Annotated[
+    fiber_angles: Annotated[
         str | None,
         typer.Option(
             metavar="ANGLES",
@@ -147,29 +158,28 @@ def fit(
             "sheet=0/0 if not given.",
         ),
     ] = None,
-    septum: Septum = None,
-    shifts: Shifts = "auto",
+    septal_direction: SeptalDirection = None,
+    slice_alignment: SliceAlignment = "auto",
     quality: Annotated[
         float,
         typer.Option(
             metavar="FACTOR",
-            help="Weight of element quality against accuracy, relative to the level's own.",
+            help="Weight of element quality against accuracy; 1 is the default of the level.",
         ),
     ] = 1.0,
-    least_quality: Annotated[
+    min_jacobian_ratio: Annotated[
         float,
         typer.Option(
             metavar="RATIO",
-            help="Quality that the poorest element should reach too; the report says if it does "
-            "not.",
+            help="Jacobian ratio that every element should reach; the report says if one does not.",
         ),
     ] = 0.0,
     no_enhance: Annotated[
         bool, typer.Option("--no-enhance", help="Leave out the step that straightens elements.")
     ] = False,
-    no_refine: Annotated[
+    no_optimize: Annotated[
         bool,
-        typer.Option("--no-refine", help="Stop after the four steps of Lamata et al. (2014)."),
+        typer.Option("--no-optimize", help="Stop after the four steps of Lamata et al. (2014)."),
     ] = False,
     overwrite: Overwrite = False,
     debug: Debug = False,
@@ -178,7 +188,7 @@ def fit(
 
     Ends with 0 only if the mesh is valid; if it is not, nothing is written.
     """
-    with told(debug):
+    with errors_reported(debug):
         from heartgen.fields import rule_from_text
         from heartgen.images.selecting import Selection
         from heartgen.options import Options, direction_from_text, elements_from_text
@@ -191,30 +201,32 @@ def fit(
             truncate=_truncation(truncate),
             base=cast("Any", base),
             enhance=not no_enhance,
-            refine=not no_refine,
+            optimize=not no_optimize,
             quality=quality,
-            least_quality=least_quality,
-            depth=cast("Any", depth),
+            min_jacobian_ratio=min_jacobian_ratio,
+            transmural_grading=not no_grading,
             apex=cast("Any", apex),
             hole_radius=hole_radius,
             insertion=cast("Any", insertion),
-            interior=cast("Any", interior),
+            transmural_lines=cast("Any", transmural_lines),
             basis=cast("Any", basis),
-            shifts=cast("Any", shifts),
-            septum=None if septum is None else direction_from_text(septum),
+            slice_alignment=cast("Any", slice_alignment),
+            septal_direction=None
+            if septal_direction is None
+            else direction_from_text(septal_direction),
         )
         chosen = _fields(fields)
-        rule = None if fibre_angles is None else rule_from_text(fibre_angles)
+        rule = None if fiber_angles is None else rule_from_text(fiber_angles)
         selection = Selection(tuple(label or ()), labels, rv_wall, frame)
         heart = selection.read(mask, ventricles)
         check_results(out, heart, overwrite)
         views = [selection.read(path, ventricles, view=True) for path in view or ()]
         result = _personalized([heart, *views], options)
-        with appearing_together(out) as folder:
+        with written_together(out) as folder:
             result.write(folder, fields=chosen, rule=rule)
 
 
-@app.command()
+@app.command(epilog=EPILOG)
 def inspect(
     mask: MaskPath,
     picture: Annotated[
@@ -230,8 +242,8 @@ def inspect(
     debug: Debug = False,
 ) -> None:
     """Show what is in a mask: what the checks found, what the shape analysis sees."""
-    with told(debug):
-        from heartgen.anatomy import analyse_under
+    with errors_reported(debug):
+        from heartgen.anatomy import analyze_under
         from heartgen.cli.tables import console, show_anatomy, show_image
         from heartgen.files import replacing
         from heartgen.images.selecting import Selection
@@ -242,7 +254,7 @@ def inspect(
         options = Options(truncate=_truncation(truncate), ventricles=cast("Any", ventricles))
         image = Selection(tuple(label or ()), labels, rv_wall, frame).read(mask, ventricles)
         show_image(image)
-        anatomy = analyse_under(image, options)
+        anatomy = analyze_under(image, options)
         show_anatomy(anatomy)
         with replacing(picture) as temporary:
             draw_slices(image, anatomy).savefig(temporary, dpi=DPI)
@@ -259,7 +271,7 @@ def demo(
     debug: Debug = False,
 ) -> None:
     """Mesh a sample heart, and make a page that shows the result."""
-    with told(debug):
+    with errors_reported(debug):
         from heartgen import samples
         from heartgen.images.writing import write_mask
         from heartgen.options import Options
@@ -270,7 +282,7 @@ def demo(
         check_results(out, heart.mask, overwrite)
         errors.print(heart.description, style="dim", markup=False, soft_wrap=True)
         result = _personalized([heart.mask], Options())
-        with appearing_together(out) as folder:
+        with written_together(out) as folder:
             write_mask(heart.mask, folder / "mask.nii.gz")
             result.write(folder)
             with errors.status("making the page"):
@@ -304,11 +316,11 @@ def dashboard(
     debug: Debug = False,
 ) -> None:
     """Serve the dashboard: mask in, mesh out, in a browser."""
-    with told(debug):
-        from heartgen.apps.server import Place, serve
+    with errors_reported(debug):
+        from heartgen.apps.server import Address, serve
 
         base = f"/{base_url.strip('/')}/".replace("//", "/")
-        serve(Place(host, port, token, base, browser=not no_browser))
+        serve(Address(host, port, token, base, browser=not no_browser))
 
 
 @app.callback(invoke_without_command=True)
@@ -343,7 +355,7 @@ def _personalized(images: list[Mask], options: Options) -> Personalization:
 def _fields(text: str) -> tuple[str, ...]:
     """Names of fields; all or none of them by one word."""
     from heartgen.fields import FIELDS
-    from heartgen.fields.catalogue import check_names
+    from heartgen.fields.catalog import check_names
 
     words = {"all": tuple(FIELDS), "none": ()}
     return words[text] if text in words else check_names(text.split(","))

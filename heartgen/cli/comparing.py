@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from heartgen.cli.choices import Debug, Septum
 from heartgen.cli.earlier import MESHES
 from heartgen.cli.meshes import app
-from heartgen.cli.outcome import errors, told
+from heartgen.cli.outcome import errors, errors_reported
+from heartgen.cli.parameters import Debug, SeptalDirection
 from heartgen.errors import InputError, needing
 
 __all__ = ["app"]
@@ -36,11 +36,11 @@ def compare(
             help=".html for a page with both extremes in 3-D, .json for plain data.",
         ),
     ] = None,
-    septum: Septum = None,
+    septal_direction: SeptalDirection = None,
     debug: Debug = False,
 ) -> None:
     """Compare states of a heart, such as diastole and systole: ejection fraction, strains."""
-    with told(debug):
+    with errors_reported(debug):
         from heartgen.cli.tables import show_comparison
         from heartgen.comparison import compare as compared
         from heartgen.formats import read_mesh, write_text
@@ -51,7 +51,7 @@ def compare(
             raise InputError(
                 f"{out}: A comparison is a page or plain data: end it in .html, .json."
             )
-        direction = None if septum is None else direction_from_text(septum)
+        direction = None if septal_direction is None else direction_from_text(septal_direction)
         meshes = [read_mesh(_mesh_of(result)) for result in results]
         found = compared(meshes, _names(results), direction)
         show_comparison(found)

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from heartgen.cli.choices import Debug, NoBrowser
 from heartgen.cli.commands import app
-from heartgen.cli.outcome import errors, told
+from heartgen.cli.outcome import errors, errors_reported
+from heartgen.cli.parameters import Debug, NoBrowser
 from heartgen.errors import InputError, needing
 
 __all__ = ["app"]
@@ -52,7 +52,7 @@ def convert(
         typer.Option(
             metavar="hex8|hex20|hex27|tet4|tet10",
             show_default=False,
-            help="Cells to which the mesh is resampled, for formats of simple cells.",
+            help="Cells to which the mesh is resampled, for formats of linear or quadratic cells.",
         ),
     ] = None,
     pieces: Annotated[
@@ -66,7 +66,7 @@ def convert(
     debug: Debug = False,
 ) -> None:
     """Write a mesh, with its fields, in another format, and say what is lost."""
-    with told(debug):
+    with errors_reported(debug):
         from heartgen.formats import convert as convert_file
         from heartgen.options import elements_from_text
 
@@ -87,7 +87,7 @@ def view(
     debug: Debug = False,
 ) -> None:
     """Show a mesh in the browser, with its mask."""
-    with told(debug):
+    with errors_reported(debug):
         with needing("the view needs", "apps"):
             from heartgen.apps.standalone import view_files
         view_files(mesh, mask, port, browser=not no_browser)
@@ -114,7 +114,7 @@ def rasterize(
     debug: Debug = False,
 ) -> None:
     """Draw a mesh into an image like another one: binary, or with partial volumes."""
-    with told(debug):
+    with errors_reported(debug):
         import numpy as np
 
         from heartgen.formats import read_mesh
@@ -141,15 +141,15 @@ def render(
     out: Annotated[Path, typer.Option("-o", "--out", metavar="PICTURE", help="PNG.")] = Path(
         "mesh.png"
     ),
-    colour: Annotated[
+    color: Annotated[
         list[str] | None,
         typer.Option(
-            "--colour",
+            "--color",
             metavar="NAME",
             show_default=False,
             help="A row of the picture: region, quality, error or overlay (with MASK), change "
             "(with --compare), transmural, longitudinal, circumferential, thickness, aha, "
-            "fibres-endo, fibres-mid, fibres-epi, plain; may be repeated.",
+            "fibers-endo, fibers-mid, fibers-epi, plain; may be repeated.",
         ),
     ] = None,
     view: Annotated[
@@ -174,9 +174,9 @@ def render(
     ] = False,
     debug: Debug = False,
 ) -> None:
-    """Draw a mesh for print, a row for each colouring and a column for each view."""
-    with told(debug):
-        from heartgen.anatomy import analyse_under
+    """Draw a mesh for print, a row for each coloring and a column for each view."""
+    with errors_reported(debug):
+        from heartgen.anatomy import analyze_under
         from heartgen.files import replacing
         from heartgen.formats import read_mesh
         from heartgen.images import read_mask
@@ -186,14 +186,14 @@ def render(
             from heartgen.viewing import render as draw
         if out.suffix.lower() != ".png":
             raise InputError(f"{out}: Pictures of meshes are PNG: end the name in .png.")
-        rows = colour or (["overlay", "error"] if mask else ["region"])
+        rows = color or (["overlay", "error"] if mask else ["region"])
         with replacing(out) as temporary:
             plotter = draw(
                 read_mesh(mesh),
                 temporary,
-                colours=rows,
+                colors=rows,
                 views=view or ["oblique"],
-                mask=None if mask is None else analyse_under(read_mask(mask), options_beside(mesh)),
+                mask=None if mask is None else analyze_under(read_mask(mask), options_beside(mesh)),
                 other=None if compare is None else read_mesh(compare),
                 edges=not no_edges,
                 error_limit=limit,

@@ -28,7 +28,7 @@ errors = Console(stderr=True)
 
 
 @contextmanager
-def told(debug: bool) -> Iterator[None]:
+def errors_reported(debug: bool) -> Iterator[None]:
     """Turn what goes wrong in the block into a sentence on standard error and an exit code.
 
     Parameters
@@ -69,7 +69,7 @@ def told(debug: bool) -> Iterator[None]:
 
 
 @contextmanager
-def appearing_together(folder: Path) -> Iterator[Path]:
+def written_together(folder: Path) -> Iterator[Path]:
     """Lend an empty folder; its files move on into `folder` when the block has written them all.
 
     Parameters

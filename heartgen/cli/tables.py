@@ -37,7 +37,7 @@ SLANTED = 0.3
 """Component of a unit vector from which its direction is worth a word (17 degrees)."""
 
 ML = 1000.0
-"""mm^3 in a millilitre."""
+"""mm^3 in a milliliter."""
 
 
 @contextmanager
@@ -128,8 +128,8 @@ def show_anatomy(anatomy: Anatomy) -> None:
             "wider side" if anatomy.rv is None else "from left to right ventricle",
             _direction(anatomy.frame[:3, 0]),
         ),
-        ("centre of the base", f"{_vector(anatomy.frame[:3, 3], 1)} mm"),
-        ("rim rises and falls by", f"{number(anatomy.base.irregularity)} mm"),
+        ("center of the base", f"{_vector(anatomy.frame[:3, 3], 1)} mm"),
+        ("rim irregularity", f"{number(anatomy.base.irregularity)} mm"),
         ("truncation", "none" if cut is None else f"{number(cut)} mm below the basal plane"),
     )
     console.print(_table(Section("Left ventricle", sizes)))

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 from heartgen.errors import needing
 
 if TYPE_CHECKING:
+    from heartgen.cohort.batch_report import write_report
     from heartgen.cohort.batching import batch
     from heartgen.cohort.cases import Case, find_cases
-    from heartgen.cohort.report import write_report
     from heartgen.cohort.store import read_results
     from heartgen.cohort.sweeping import sweep
     from heartgen.cohort.workers import Workers
@@ -24,7 +24,7 @@ _HOMES = {
     "find_cases": "cases",
     "read_results": "store",
     "sweep": "sweeping",
-    "write_report": "report",
+    "write_report": "batch_report",
 }
 
 NEEDED = ("pandas", "pyarrow", "filelock", "dask", "distributed")

@@ -13,6 +13,7 @@ from heartgen.cohort.run import Progress, quiet, run
 from heartgen.cohort.store import CASES
 from heartgen.cohort.workers import Workers
 from heartgen.options import Options
+from heartgen.renamed import new_options
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -68,7 +69,7 @@ def batch(
         If there are no cases, the results cannot be written, or there are others in their place.
         What is wrong with a single case is in its row.
     """
-    common = replace(options or Options(), **choices)
+    common = replace(options or Options(), **new_options(choices))
     cases = find_cases(Path(hearts)) if isinstance(hearts, (str, Path)) else list(hearts)
     check_names(cases)
     out = Path(out).absolute()
@@ -78,5 +79,5 @@ def batch(
 
 def _job(case: Case, common: Options, folder: Path, formats: tuple[str, ...]) -> Job:
     """The work on a case."""
-    options = replace(common, **case.choices)
+    options = replace(common, **new_options(case.choices))
     return Job(case.name, case, options, (options.lod,), folder, formats)

@@ -11,7 +11,7 @@ from typing import Any
 
 from heartgen.errors import InputError
 from heartgen.images import Mask
-from heartgen.images.files import ENDINGS, stem
+from heartgen.images.file_kinds import ENDINGS, stem
 from heartgen.images.folder import is_one_heart
 from heartgen.images.selecting import Selection
 from heartgen.report import mask_sha256
@@ -104,7 +104,7 @@ def find_cases(place: Path, selection: Selection = WHOLE) -> list[Case]:
     InputError
         If there are no cases, or a row of the table is not as it has to be.
     """
-    from heartgen.cohort.tables import TABLES, cases_of_table
+    from heartgen.cohort.case_tables import TABLES, cases_of_table
 
     place = place.absolute()  # workers may have another folder of their own
     if place.is_dir() and not is_one_heart(place):

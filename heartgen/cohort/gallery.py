@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heartgen.anatomy import analyse_under
-from heartgen.cohort.choices import option_from_text
+from heartgen.anatomy import analyze_under
+from heartgen.cohort.option_text import option_from_text
 from heartgen.cohort.store import CASES
 from heartgen.errors import HeartgenError
 from heartgen.images.selecting import Selection
@@ -18,15 +18,15 @@ from heartgen.viewing.saved import plot_saved
 if TYPE_CHECKING:
     import pandas as pd
 
-ANALYSED = ("truncate", "ventricles", "base", "shifts")
-"""Options under which a mask is analysed."""
+ANALYZED = ("truncate", "ventricles", "base", "slice_alignment")
+"""Options under which a mask is analyzed."""
 
 MOST = 3
 """Groups of which cases are shown; a page with more views is slow to turn."""
 
 
 @dataclass(frozen=True)
-class View:
+class CaseView:
     """A case to look at.
 
     Attributes
@@ -41,7 +41,7 @@ class View:
     scene: str
 
 
-def views_of(out: Path, done: pd.DataFrame) -> list[View]:
+def views_of(out: Path, done: pd.DataFrame) -> list[CaseView]:
     """Best and worst case, by error, of each of the largest groups.
 
     Parameters
@@ -53,7 +53,7 @@ def views_of(out: Path, done: pd.DataFrame) -> list[View]:
 
     Returns
     -------
-    list of View
+    list of CaseView
         Cases whose mesh or mask is no longer there are left out.
     """
     chosen: dict[str, tuple[str, dict[str, Any]]] = {}
@@ -65,13 +65,13 @@ def views_of(out: Path, done: pd.DataFrame) -> list[View]:
     return [view for view in views if view is not None]
 
 
-def _view(out: Path, title: str, row: dict[str, Any]) -> View | None:
+def _view(out: Path, title: str, row: dict[str, Any]) -> CaseView | None:
     """A case in 3-D."""
     mesh = out / CASES / row["case"] / "mesh.vtu"
     try:
         mask = _selection(row).read(row["mask"], row["ventricles"])
-        chosen = {name: option_from_text(name, str(row[name])) for name in ANALYSED}
-        anatomy = analyse_under(mask, Options(**chosen))
+        chosen = {name: option_from_text(name, str(row[name])) for name in ANALYZED}
+        anatomy = analyze_under(mask, Options(**chosen))
     except HeartgenError:
         return None
     if not mesh.is_file():
@@ -83,7 +83,7 @@ def _view(out: Path, title: str, row: dict[str, Any]) -> View | None:
         f"error {row['error_mean']:.3f} mm, 95 % below {row['error_p95']:.2f}, largest "
         f"{row['error_max']:.2f} · Q {row['q_mean']:.3f}, least {row['q_min']:.3f}"
     )
-    return View(f"{title}: {row['case']}", caption, scene)
+    return CaseView(f"{title}: {row['case']}", caption, scene)
 
 
 def _selection(row: dict[str, Any]) -> Selection:

@@ -19,6 +19,7 @@ from heartgen.cohort.threads import one_thread
 from heartgen.errors import HeartgenError, sentence
 from heartgen.formats import write_text
 from heartgen.options import Options
+from heartgen.renamed import former_options, new_row
 
 if TYPE_CHECKING:
     from heartgen.pipeline import Personalization
@@ -71,9 +72,11 @@ class Job:
         """Where its results are, once they are whole."""
         return None if self.folder is None else self.folder / self.name
 
-    def key(self) -> str:
-        """The same text for the same work."""
+    def key(self, *, former: bool = False) -> str:
+        """The same text for the same work; that of former versions, if `former`."""
         options = {k: v for k, v in asdict(self.options).items() if k != "lod"}
+        if former:
+            options = former_options(options)
         parts = [self.case.stamp(), options, list(self.levels), list(self.formats)]
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 
@@ -128,13 +131,13 @@ def failed_rows(job: Job, reason: str, digest: str = "") -> list[Row]:
 def rows_of(job: Job) -> list[Row] | None:
     """Rows of a job that is done, whatever it was asked to do; None of one that is not."""
     found = _record(job)
-    return None if found is None else list(found["rows"])
+    return None if found is None else [new_row(row) for row in found["rows"]]
 
 
 def is_as_asked(job: Job) -> bool:
     """Whether a job that is done was asked for the same as now."""
     found = _record(job)
-    return found is not None and found["key"] == job.key()
+    return found is not None and found["key"] in (job.key(), job.key(former=True))
 
 
 def _is_taken(job: Job) -> bool:

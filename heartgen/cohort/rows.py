@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from heartgen.cohort.choices import as_text
+from heartgen.cohort.option_text import as_text
 from heartgen.options import Options
 from heartgen.viewing.card import Verdict, verdict
 
@@ -31,7 +31,7 @@ PARTS = {
     "accuracy": "error",
     "quality": "q",
     "fairness": "fair",
-    "unrefined_fairness": "fair_unrefined",
+    "unoptimized_fairness": "fair_unoptimized",
     "measurements": "size",
     "versions": "version",
 }
@@ -43,7 +43,7 @@ RENAMED = {
     "q_invalid_elements": "invalid_elements",
     "q_overlapping_elements": "overlapping_elements",
     "unenhanced_quality": "q_unenhanced",
-    "unrefined_quality": "q_unrefined",
+    "unoptimized_quality": "q_unoptimized",
 }
 """Columns with a name of their own."""
 
@@ -66,7 +66,7 @@ def row_of(case: Case, digest: str, report: Report) -> Row:
     dict
         Errors in mm (``error_...``), qualities (``q_...``), fairness in degrees (``fair_...``),
         sizes in mm and ml (``size_...``), seconds, versions, options, findings as one
-        text, and ``status``: success, valid but not a success and why, or failed and why.
+        text, and ``status``: success, why it is none, or failed and why.
     """
     judged, parts = verdict(report), report.to_dict()
     row = _head(case, digest, report.options) | {

@@ -16,6 +16,7 @@ from heartgen.cohort.job import STAGE, Job, is_as_asked, rows_of
 from heartgen.cohort.rows import FAILED, Row, table_of
 from heartgen.errors import HeartgenError, InputError
 from heartgen.files import replacing
+from heartgen.renamed import new_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -136,7 +137,7 @@ def read_results(out: Path) -> pd.DataFrame:
     path = out / f"{TABLE}.parquet"
     if not path.is_file():
         raise InputError(f"{out}: there is no {path.name}: give a folder that heartgen batch made")
-    return pd.read_parquet(path)
+    return new_table(pd.read_parquet(path))
 
 
 def _forget(job: Job) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from heartgen.cohort.choices import as_text
+from heartgen.cohort.option_text import as_text
 from heartgen.cohort.rows import FAILED
 
 if TYPE_CHECKING:

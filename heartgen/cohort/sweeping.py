@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from heartgen.cohort.cases import Case, check_names, find_cases
-from heartgen.cohort.choices import as_text, combinations
 from heartgen.cohort.job import Job
+from heartgen.cohort.option_text import as_text, combinations
 from heartgen.cohort.run import Progress, quiet, run
 from heartgen.cohort.store import CASES
 from heartgen.cohort.workers import Workers
 from heartgen.images import Mask
 from heartgen.options import Options
+from heartgen.renamed import new_options
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -72,7 +73,7 @@ def sweep(
     jobs = [
         _job(case, replace(options or Options(), **choice), choice, levels, folder)
         for case in cases
-        for choice in combinations(choices)
+        for choice in combinations(new_options(choices))
     ]
     return run(jobs, folder, workers, redo=redo, progress=progress)
 
@@ -91,7 +92,7 @@ def _job(
     case: Case, options: Options, choice: dict[str, Any], levels: tuple[int, ...], out: Path | None
 ) -> Job:
     """The work on a case with one combination."""
-    options = replace(options, lod=levels[0], **case.choices)
+    options = replace(options, lod=levels[0], **new_options(case.choices))
     for lod in levels:
         replace(options, lod=lod)  # refuses levels that do not exist before any work is done
     varied = ",".join(f"{name}={as_text(value)}" for name, value in choice.items())

@@ -1,24 +1,27 @@
-"""What lives on a mesh: coordinates, segments, fibres, the wall's shape; and clinical indices."""
+"""What lives on a mesh: coordinates, segments, fibers, the wall's shape; and clinical indices."""
 
 from heartgen.fields.axes import HeartAxes, heart_axes
-from heartgen.fields.catalogue import FIELDS, make_fields
-from heartgen.fields.fibres import FibreRule, fibre_frames, rule_from_text
+from heartgen.fields.catalog import FIELDS, make_fields
+from heartgen.fields.fibers import FiberRule, fiber_frames, rule_from_text
 from heartgen.fields.indices import Indices, clinical_indices
-from heartgen.fields.motion import Strains, global_strains
 from heartgen.fields.segments import SEGMENTS, aha_segment
+from heartgen.fields.strains import Strains, global_strains
+from heartgen.renamed import keep_former_names
 
 __all__ = [
     "FIELDS",
     "SEGMENTS",
-    "FibreRule",
+    "FiberRule",
     "HeartAxes",
     "Indices",
     "Strains",
     "aha_segment",
     "clinical_indices",
-    "fibre_frames",
+    "fiber_frames",
     "global_strains",
     "heart_axes",
     "make_fields",
     "rule_from_text",
 ]
+
+keep_former_names(__name__)

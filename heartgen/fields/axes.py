@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from heartgen.errors import MeshError
 from heartgen.fields.rims import basal_rim, rims
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.surfaces import sample_faces, tessellate
+from heartgen.mesh.surface_faces import sample_faces, tessellate
+from heartgen.renamed import takes_former_keywords
 
 Array = NDArray[np.float64]
 
@@ -77,13 +78,14 @@ class HeartAxes:
         return np.asarray(np.arctan2(offset @ self.anterior, offset @ self.septal))
 
 
-def heart_axes(mesh: HexMesh, septum: Sequence[float] | None = None) -> HeartAxes:
+@takes_former_keywords
+def heart_axes(mesh: HexMesh, septal_direction: Sequence[float] | None = None) -> HeartAxes:
     """Find the axes of the left ventricle.
 
     Parameters
     ----------
     mesh : HexMesh
-    septum : (3,) float, optional
+    septal_direction : (3,) float, optional
         Direction from the left ventricle to the septum, world (LPS), any length. If omitted, it is
         that to the middle of the septum; in a mesh without a right ventricle, where nothing tells,
         the patient's right and front are taken for it.
@@ -98,17 +100,17 @@ def heart_axes(mesh: HexMesh, septum: Sequence[float] | None = None) -> HeartAxe
         If the direction does not tell where the septum is.
     """
     base = basal_rim(mesh, "lv_endo")
-    centre = base.centre
-    apex = _apex(mesh, centre, base.area)
-    axis = (centre - apex) / np.linalg.norm(centre - apex)
-    if septum is not None:
-        return HeartAxes(centre, apex, _across(septum, axis), "given")
+    center = base.center
+    apex = _apex(mesh, center, base.area)
+    axis = (center - apex) / np.linalg.norm(center - apex)
+    if septal_direction is not None:
+        return HeartAxes(center, apex, _across(septal_direction, axis), "given")
     if "rv_septum" not in mesh.topology.patches:
-        return HeartAxes(centre, apex, _across(RIGHT_FRONT, axis), "assumed")
+        return HeartAxes(center, apex, _across(RIGHT_FRONT, axis), "assumed")
     points, _, weights = sample_faces(mesh, mesh.topology.patches["rv_septum"], SAMPLES)
     outward = (points - apex) - np.outer((points - apex) @ axis, axis)
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
-    return HeartAxes(centre, apex, _across(weights @ outward, axis), "measured")
+    return HeartAxes(center, apex, _across(weights @ outward, axis), "measured")
 
 
 def _apex(mesh: HexMesh, base: Array, area: Array) -> Array:
@@ -116,7 +118,7 @@ def _apex(mesh: HexMesh, base: Array, area: Array) -> Array:
     faces = mesh.topology.surfaces["lv_endo"]
     found = rims(mesh, faces)
     if len(found) > 1:
-        return min((rim.centre for rim in found), key=lambda c: -float(np.linalg.norm(c - base)))
+        return min((rim.center for rim in found), key=lambda c: -float(np.linalg.norm(c - base)))
     points, _ = tessellate(mesh, faces, PIECES)
     height = (points - base) @ area
     # The vector area of the rim may point either way: the ventricle is on one side of it.

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.fields.axes import HeartAxes
-from heartgen.fields.lines import length_share, lengths, lines
-from heartgen.fields.patch import Patch, patch_of
+from heartgen.fields.coordinate_lines import length_share, lengths, lines
+from heartgen.fields.patch_coordinates import PatchCoordinates, patch_of
 from heartgen.mesh.bernstein import ORDER, lattice
 from heartgen.mesh.hexmesh import HexMesh, Topology
-from heartgen.mesh.surfaces import face_coefficients
+from heartgen.mesh.surface_faces import face_coefficients
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ def longitudinal(mesh: HexMesh) -> Array:
     Returns
     -------
     (e, 64) float64
-        On the lattice of each element.
+        At the Lagrange nodes of each element.
     """
     topology = mesh.topology
     patch = patch_of(topology)
@@ -69,18 +69,18 @@ def circumferential(mesh: HexMesh, axes: HeartAxes) -> Array:
     Returns
     -------
     (e, 64) float64, rad
-        On the lattice of each element; between -pi and pi in the middle of an element, and
+        At the Lagrange nodes of each element; between -pi and pi in the middle of an element, and
         continuous within it.
     """
     topology = mesh.topology
     middle, column = (_columns(topology, xi) for xi in (np.full((1, 3), 0.5), lattice()))
     if _has_right(topology):
-        angle, centre = _by_insertion(column, topology), _by_insertion(middle, topology)
+        angle, center = _by_insertion(column, topology), _by_insertion(middle, topology)
     else:
         offset = _turn(column, mesh, axes)
-        angle, centre = (2 * np.pi / topology.shape[1] * c + offset for c in (column, middle))
-    centre = _wrapped(centre)
-    return np.asarray(centre + _wrapped(angle - centre))
+        angle, center = (2 * np.pi / topology.shape[1] * c + offset for c in (column, middle))
+    center = _wrapped(center)
+    return np.asarray(center + _wrapped(angle - center))
 
 
 def _has_right(topology: Topology) -> bool:
@@ -96,7 +96,7 @@ def _columns(topology: Topology, xi: Array) -> Array:
     return out
 
 
-def _patch_share(mesh: HexMesh, patch: Patch, ring: NDArray[np.bool_]) -> float:
+def _patch_share(mesh: HexMesh, patch: PatchCoordinates, ring: NDArray[np.bool_]) -> float:
     """Share of the way from apex to base that lies in the patch, on average."""
     xi = lattice()
     points, layer = mesh.evaluate(xi)[patch.elements], mesh.topology.index[patch.elements, 0]

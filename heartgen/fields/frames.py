@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.fields.patch import ASIDE, patch_of
+from heartgen.fields.patch_coordinates import ASIDE, patch_of
 from heartgen.mesh.bernstein import ORDER, lattice, tabulate
+from heartgen.mesh.connectivity import generic_mesh, merge_coincident
 from heartgen.mesh.hexmesh import HexMesh, Topology
-from heartgen.mesh.sharing import coincident, probe
-from heartgen.mesh.surfaces import face_coefficients
+from heartgen.mesh.surface_faces import face_coefficients
 
 Array = NDArray[np.float64]
 
 
 def wall_frames(mesh: HexMesh) -> Array:
-    """Directions of the wall on the lattice of each element.
+    """Directions of the wall at the Lagrange nodes of each element.
 
     The circumferential direction is that of the local coordinate around, the transmural one is
     normal to the sheet of equal transmural coordinate, and the longitudinal one is at right angles
@@ -51,7 +51,7 @@ def local_frames(mesh: HexMesh, xi: Array) -> Array:
 def averaged(values: Array, mesh: HexMesh) -> Array:
     """Mean of values (e, 64, ...) wherever lattice points of elements are one, but for the pole."""
     shared = ~at_pole(mesh)
-    number, first = coincident(probe(mesh.topology).evaluate(lattice())[shared])
+    number, first = merge_coincident(generic_mesh(mesh.topology).evaluate(lattice())[shared])
     total = np.zeros((len(first), *values.shape[2:]))
     np.add.at(total, number, values[shared])
     count = np.bincount(number).reshape(-1, *[1] * (values.ndim - 2))

@@ -12,16 +12,17 @@ from numpy.typing import NDArray
 from heartgen.fields.axes import HeartAxes, heart_axes
 from heartgen.fields.rims import enclosed_cavity
 from heartgen.fields.segments import SEGMENTS, aha_segment
-from heartgen.fields.shape import opposite
+from heartgen.fields.wall_shape import opposite
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.jacobian import determinants
 from heartgen.mesh.quadrature import EXACT, gauss_cube, gauss_square
-from heartgen.mesh.surfaces import evaluate_faces
+from heartgen.mesh.surface_faces import evaluate_faces
+from heartgen.renamed import takes_former_keywords
 
 Array = NDArray[np.float64]
 
 ML = 1000.0
-"""mm^3 in a millilitre."""
+"""mm^3 in a milliliter."""
 
 DENSITY = 1.05
 """Of myocardium, g/ml (Grothues et al. 2002, doi:10.1016/S0002-9149(02)02381-0)."""
@@ -70,20 +71,21 @@ class Indices:
     septum: Literal["measured", "given", "assumed"]
 
 
-def clinical_indices(mesh: HexMesh, septum: Sequence[float] | None = None) -> Indices:
+@takes_former_keywords
+def clinical_indices(mesh: HexMesh, septal_direction: Sequence[float] | None = None) -> Indices:
     """Measure the clinical indices of a mesh.
 
     Parameters
     ----------
     mesh : HexMesh
-    septum : (3,) float, optional
+    septal_direction : (3,) float, optional
         Direction from the left ventricle to the septum, world (LPS), see `heart_axes`.
 
     Returns
     -------
     Indices
     """
-    axes = heart_axes(mesh, septum)
+    axes = heart_axes(mesh, septal_direction)
     left = enclosed_cavity(mesh, "lv_endo") / ML
     volume = element_volumes(mesh) / ML
     free = mesh.topology.parts.get("right ventricle")

@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import connected_components
 from heartgen.errors import MeshError
 from heartgen.mesh.hexmesh import HexMesh, Topology
 from heartgen.mesh.quadrature import EXACT, gauss, gauss_square
-from heartgen.mesh.surfaces import evaluate_faces, face_control, face_signs, tabulate_face
+from heartgen.mesh.surface_faces import evaluate_faces, face_control, face_signs, tabulate_face
 
 Array = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ class Rim:
         return np.asarray(np.cross(self.points, self.steps).sum((0, 1)) / 2)
 
     @property
-    def centre(self) -> Array:
+    def center(self) -> Array:
         """Centroid (3,) of the area within, mm, world (LPS)."""
         middle = np.average(
             self.points.reshape(-1, 3),
@@ -112,13 +112,13 @@ def enclosed_cavity(mesh: HexMesh, surface: str) -> float:
         mm^3; exact, by the divergence theorem.
     """
     faces = mesh.topology.surfaces[surface]
-    origin = basal_rim(mesh, surface).centre  # the lid over the base, seen from here, is flat
+    origin = basal_rim(mesh, surface).center  # the lid over the base, seen from here, is flat
     uv, weights = gauss_square(EXACT)
     points, area = evaluate_faces(mesh, faces, uv)
     volume = -np.einsum("fqx,fqx,q->", points - origin, area, weights) / 3
     for rim in rims(mesh, faces):
         spokes = np.cross(rim.points - origin, rim.steps)
-        volume += float(np.einsum("x,nqx->", rim.centre - origin, spokes)) / 6
+        volume += float(np.einsum("x,nqx->", rim.center - origin, spokes)) / 6
     return float(volume)
 
 

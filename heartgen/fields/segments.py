@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.fields.axes import HeartAxes
-from heartgen.fields.lines import lines
+from heartgen.fields.coordinate_lines import lines
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.jacobian import determinants
 from heartgen.mesh.quadrature import gauss_cube
@@ -94,7 +94,7 @@ def segments_of_elements(mesh: HexMesh, axes: HeartAxes) -> NDArray[np.intp]:
     votes = np.stack([(parts * (segment == s)).sum(1) for s in SEGMENTS], -1)
     for line in lines(topology, 2, left):
         votes[line] = votes[line].sum(0)
-    if len(topology.collapsed) or "apex" in topology.surfaces:
+    if len(topology.collapsed) or "apical_rim" in topology.surfaces:
         row = topology.index[:, 2]
         for place in np.unique(row[left]):
             ring = left & (row == place)

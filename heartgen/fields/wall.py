@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from heartgen.fields.lines import length_share, lines
+from heartgen.fields.coordinate_lines import length_share, lines
 from heartgen.mesh.bernstein import ORDER
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.surfaces import face_coefficients
+from heartgen.mesh.surface_faces import face_coefficients
 
 Array = NDArray[np.float64]
 
@@ -31,13 +31,13 @@ SHARPNESS = 4
 
 @dataclass(frozen=True)
 class Wall:
-    """Places in the wall, on the lattice of each element.
+    """Places in the wall, at the Lagrange nodes of each element.
 
     Attributes
     ----------
     depth : (e, 64) float64
         0 on the endocardium to 1 on the epicardium; 1 also where the septum bounds the right
-        ventricle, but for the neighbourhood of the insertion line.
+        ventricle, but for the neighborhood of the insertion line.
     right : (e, 64) float64
         0 in the left ventricle's wall and on the insertion line, 1 in the septum and the right free
         wall from a wall's thickness beyond it.

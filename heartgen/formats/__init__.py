@@ -3,8 +3,7 @@
 from heartgen.formats.assembled import MeshFile
 from heartgen.formats.ex1 import write_ex1
 from heartgen.formats.exf import write_exf
-from heartgen.formats.files import Written, write_text
-from heartgen.formats.reading import READERS, convert, read_mesh, read_mesh_file
+from heartgen.formats.mesh_reading import READERS, convert, read_mesh, read_mesh_file
 from heartgen.formats.resampling import Resampling
 from heartgen.formats.table import (
     FORMATS,
@@ -15,6 +14,7 @@ from heartgen.formats.table import (
     write_mesh,
 )
 from heartgen.formats.vtu import write_vtu
+from heartgen.formats.written import Written, write_text
 
 __all__ = [
     "FORMATS",

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
-from heartgen.formats.files import Written, write_text
 from heartgen.formats.resampling.data import Data
 from heartgen.formats.resampling.resample import Resampled
 from heartgen.formats.text import packed, rows
+from heartgen.formats.written import Written, write_text
 
 TYPES = {
     "hex8": "C3D8",
@@ -41,7 +41,7 @@ AXES = ", 1., 0., 0., 0., 1., 0."
 
 
 def write_abaqus(cells: Resampled, path: Path, data: Data) -> Written:
-    """Write a resampled mesh as Abaqus input, with fibres and sheets as an orientation.
+    """Write a resampled mesh as Abaqus input, with fibers and sheets as an orientation.
 
     Raises
     ------
@@ -97,17 +97,17 @@ def _sets(cells: Resampled) -> Iterator[str]:
 
 
 def _orientation(axes: tuple[NDArray[np.float64], NDArray[np.float64]] | None) -> Iterator[str]:
-    """Local axes of the elements: along the fibre, and in the plane of fibre and sheet."""
+    """Local axes of the elements: along the fiber, and in the plane of fiber and sheet."""
     if axes is None:
         return
     yield from (
-        "*DISTRIBUTION TABLE, NAME=FIBRE_TABLE",
+        "*DISTRIBUTION TABLE, NAME=FIBER_TABLE",
         "COORD3D, COORD3D",
-        "*DISTRIBUTION, NAME=FIBRE_AXES, LOCATION=ELEMENT, TABLE=FIBRE_TABLE",
+        "*DISTRIBUTION, NAME=FIBER_AXES, LOCATION=ELEMENT, TABLE=FIBER_TABLE",
         AXES,
         *_numbered(np.column_stack(axes)),
-        "*ORIENTATION, NAME=FIBRES, SYSTEM=RECTANGULAR",
-        "FIBRE_AXES",
+        "*ORIENTATION, NAME=FIBERS, SYSTEM=RECTANGULAR",
+        "FIBER_AXES",
         "1, 0.",
     )
 

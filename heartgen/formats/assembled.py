@@ -15,7 +15,8 @@ from heartgen.formats.skeleton import COLLAPSED, skeleton
 from heartgen.mesh.bernstein import ORDER
 from heartgen.mesh.field import MeshField
 from heartgen.mesh.hexmesh import COEFFICIENTS, HexMesh, Topology
-from heartgen.mesh.surfaces import face_coefficients
+from heartgen.mesh.surface_faces import face_coefficients
+from heartgen.renamed import SURFACES as FORMER
 
 FLAT = 1e-9
 """Side, relative to the extent of the mesh, below which a face has collapsed to a line."""
@@ -80,7 +81,7 @@ def assembled(
         parts=dict(parts),
         patches=dict(patches),
         basis=basis,
-        joined=dofs / extent if basis == "hermite" else None,
+        generic_dofs=dofs / extent if basis == "hermite" else None,
     )
     other = _unnamed(topology)
     if len(other):
@@ -91,7 +92,7 @@ def assembled(
 def our_name(name: str) -> str:
     """Our name of a part that a file calls by the field's."""
     known = {theirs: ours for of in (SURFACES, PARTS, PATCHES) for ours, theirs in of.items()}
-    return known.get(name, name)
+    return known.get(name, FORMER.get(name, name))
 
 
 def named_faces(

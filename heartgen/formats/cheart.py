@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
-from heartgen.formats.files import Written, write_texts
 from heartgen.formats.resampling.data import Data
-from heartgen.formats.resampling.kinds import Kind
+from heartgen.formats.resampling.kinds import CellKind
 from heartgen.formats.resampling.resample import Resampled
 from heartgen.formats.text import rows
+from heartgen.formats.written import Written, write_texts
 
 KINDS = ("hex8", "hex27", "tet4", "tet10")
 
@@ -70,7 +70,7 @@ def _boundary(cells: Resampled) -> list[str]:
     return [str(len(out)), *out]
 
 
-def _order(kind: Kind) -> NDArray[np.intp]:
+def _order(kind: CellKind) -> NDArray[np.intp]:
     """Our node at each place in CHeart's order."""
     of_vertices = np.arange(len(kind.nodes)) >= kind.vertices
     return np.lexsort((*kind.nodes.T, of_vertices))

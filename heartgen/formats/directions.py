@@ -1,4 +1,4 @@
-"""Directions of fibres and sheets, orthonormal wherever they are sampled.
+"""Directions of fibers and sheets, orthonormal wherever they are sampled.
 
 Between the lattice points of an element each component is cubic by itself, so that directions that
 are orthonormal there are not so in between.
@@ -15,7 +15,7 @@ from heartgen.mesh.field import MeshField
 
 Array = NDArray[np.float64]
 
-FIBRE, SHEET, SHEET_NORMAL = "fibre", "sheet", "sheet normal"
+FIBER, SHEET, SHEET_NORMAL = "fiber", "sheet", "sheet normal"
 """Names of the fields of directions, 3 components each, the first of which counts most."""
 
 ORTHONORMAL = 1e-6
@@ -37,11 +37,11 @@ def restored(fields: Sequence[MeshField], sampled: Mapping[str, Array]) -> dict[
     Returns
     -------
     dict of str to (..., k) float64
-        The fibre's direction is kept, that of the sheet stays in their plane.
+        The fiber's direction is kept, that of the sheet stays in their plane.
     """
     axes = [
         next((f for f in fields if f.name == name and f.components == 3), None)
-        for name in (FIBRE, SHEET, SHEET_NORMAL)
+        for name in (FIBER, SHEET, SHEET_NORMAL)
     ]
     found = [field for field in axes if field is not None]
     if not found or not _orthonormal([field.values for field in found]):

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.formats.exmodel import ExBlock, ExModel, ex_model
-from heartgen.formats.files import Written, write_text
 from heartgen.formats.groups import Group
 from heartgen.formats.skeleton import COLLAPSED, Skeleton
+from heartgen.formats.written import Written, write_text
 from heartgen.mesh.field import MeshField
 from heartgen.mesh.hexmesh import HexMesh
 

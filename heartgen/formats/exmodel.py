@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
-from heartgen.fields.catalogue import FIBRE_ANGLES
+from heartgen.fields.catalog import FIBER_ANGLES
 from heartgen.formats.groups import Group, named_groups, segment_groups
 from heartgen.formats.nodal import nodal_parameters
 from heartgen.formats.skeleton import Skeleton, skeleton
 from heartgen.mesh.bernstein import lattice
+from heartgen.mesh.connectivity import generic_mesh, merge_coincident
 from heartgen.mesh.field import MeshField, fitting
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.lattice import shared_points
-from heartgen.mesh.sharing import coincident, probe
+from heartgen.mesh.lagrange_nodes import shared_points
 
 LABELS = (
     "value",
@@ -41,7 +41,7 @@ COORDINATES = "coordinates"
 """Name of the geometric field, by which other software finds it."""
 
 ANATOMICAL = ("fibre angle", "imbrication angle", "sheet angle")
-"""Components of the field from which other software makes fibre axes."""
+"""Components of the field from which other software makes fiber axes."""
 
 RESERVED = (COORDINATES, "xi", "cmiss_number")
 """Names that a field may not have."""
@@ -217,8 +217,8 @@ def _hermite(mesh: HexMesh) -> ExBlock:
 
 
 def _lagrange(mesh: HexMesh) -> ExBlock:
-    places = probe(mesh.topology).evaluate(lattice())
-    number, first = coincident(places.reshape(-1, 3))
+    places = generic_mesh(mesh.topology).evaluate(lattice())
+    number, first = merge_coincident(places.reshape(-1, 3))
     values = mesh.lagrange_points().reshape(-1, 3)[first]
     return _on_lattice(number.reshape(mesh.n_elements, -1), _coordinates(values))
 
@@ -236,7 +236,7 @@ def _fields(mesh: HexMesh, fields: tuple[MeshField, ...], first_node: int) -> Ex
 
 def _kind(field: MeshField) -> tuple[str, tuple[str, ...]]:
     """What a field is called in an EX file, and its components."""
-    if field.name == FIBRE_ANGLES and field.components == len(ANATOMICAL):
+    if field.name == FIBER_ANGLES and field.components == len(ANATOMICAL):
         return "anatomical, fibre", ANATOMICAL
     return "field, rectangular cartesian", tuple(str(k + 1) for k in range(field.components))
 

@@ -21,7 +21,7 @@ from heartgen.formats.exf import STRUCTURE
 from heartgen.formats.exmodel import COORDINATES, LABELS, RESERVED
 from heartgen.formats.exterms import ExTerms, constant_values, terms_of
 from heartgen.formats.extext import BROKEN, COMMENT, parse_ex
-from heartgen.formats.files import read_text
+from heartgen.formats.written import read_text
 from heartgen.mesh.bernstein import lattice, tabulate
 from heartgen.mesh.field import MeshField
 from heartgen.mesh.hexmesh import COEFFICIENTS, ROUNDING

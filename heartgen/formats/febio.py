@@ -1,4 +1,4 @@
-"""FEBio (.feb, version 4.0): the mesh with its surfaces and fibres, to be included in a model.
+"""FEBio (.feb, version 4.0): the mesh with its surfaces and fibers, to be included in a model.
 
 mm, world (LPS). Elements are in a domain for each region and kind of cell; materials and loads are
 the user's.
@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
-from heartgen.formats.files import Written, write_text
 from heartgen.formats.resampling.data import Data
-from heartgen.formats.resampling.kinds import Kind
+from heartgen.formats.resampling.kinds import CellKind
 from heartgen.formats.resampling.resample import Resampled
 from heartgen.formats.text import rows
+from heartgen.formats.written import Written, write_text
 
 KINDS = {
     "hex8": "hex8",
@@ -44,7 +44,7 @@ WALL = "myocardium"
 def write_febio(cells: Resampled, path: Path, data: Data) -> Written:
     """Write a resampled mesh for FEBio.
 
-    Fibre and sheet directions become the material axes; other fields become element data.
+    Fiber and sheet directions become the material axes; other fields become element data.
 
     Raises
     ------
@@ -118,6 +118,6 @@ def _table(parent: ET.Element, tag: str, values: NDArray[np.generic], first: int
     return first + len(values)
 
 
-def _order(kind: Kind) -> list[int]:
+def _order(kind: CellKind) -> list[int]:
     """Our node at each place in FEBio's order."""
     return list(HEX27) if kind.name == "hex27" else list(range(len(kind.nodes)))

@@ -19,7 +19,7 @@ from heartgen.errors import HeartgenError, MeshError, needing
 from heartgen.files import replacing
 from heartgen.formats.exf import exf_text
 from heartgen.formats.exmodel import COORDINATES, ex_model
-from heartgen.formats.files import Written
+from heartgen.formats.written import Written
 from heartgen.mesh.bernstein import lattice
 from heartgen.mesh.field import MeshField, fitting
 from heartgen.mesh.hexmesh import HexMesh

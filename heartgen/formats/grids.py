@@ -9,12 +9,12 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.formats.files import Written, write_text
 from heartgen.formats.resampling.data import Data
 from heartgen.formats.resampling.jacobians import scaled_jacobian
 from heartgen.formats.resampling.resample import Resampled
 from heartgen.formats.text import rows
 from heartgen.formats.vtkgrid import write_grid
+from heartgen.formats.written import Written, write_text
 
 VTK = {
     "hex8": 12,
@@ -77,10 +77,10 @@ def write_xdmf(cells: Resampled, path: Path, data: Data) -> Written:
         topology = ET.SubElement(grid, "Topology", {"TopologyType": "Mixed", **count})
         _item(topology, np.concatenate(mixed))
     _item(ET.SubElement(grid, "Geometry", {"GeometryType": "XYZ"}), cells.points)
-    for centre, found in (("Node", _of_points(cells, data)), ("Cell", _of_cells(cells, data))):
+    for center, found in (("Node", _of_points(cells, data)), ("Cell", _of_cells(cells, data))):
         for name, values in _nameable(found):
             kind = XDMF_TYPES[1 if values.ndim == 1 else values.shape[1]]
-            about = {"Name": name, "AttributeType": kind, "Center": centre}
+            about = {"Name": name, "AttributeType": kind, "Center": center}
             _item(ET.SubElement(grid, "Attribute", about), values)
     text = ET.tostring(root, encoding="unicode", xml_declaration=True)
     return write_text(text + "\n", path)

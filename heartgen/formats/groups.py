@@ -9,20 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
-from heartgen.fields.catalogue import AHA
+from heartgen.fields.catalog import AHA
 from heartgen.fields.segments import SEGMENTS
 from heartgen.formats.skeleton import COLLAPSED, Skeleton, face_corners
 from heartgen.mesh.bases import CORNERS
 from heartgen.mesh.field import MeshField
 from heartgen.mesh.hexmesh import Topology
-from heartgen.mesh.surfaces import face_coefficients
+from heartgen.mesh.surface_faces import face_coefficients
 
 SURFACES = {
     "lv_endo": "endocardium of left ventricle",
     "rv_endo": "endocardium of right ventricle",
     "epi": "epicardium",
     "base": "base of heart",
-    "apex": "apical hole",
+    "apical_rim": "apical hole",
 }
 """What the field calls our surfaces: heart terms of scaffoldmaker, which has none for the cuts."""
 

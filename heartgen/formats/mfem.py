@@ -2,7 +2,7 @@
 
 MFEM keeps values at Gauss-Lobatto points, which it numbers by vertices, edges, faces and insides in
 the order in which elements meet them. At the pole each element keeps its own vertices: merged,
-they would make a face with many neighbours, which MFEM refuses. mm, world (LPS).
+they would make a face with many neighbors, which MFEM refuses. mm, world (LPS).
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.formats.directions import restored
-from heartgen.formats.files import Written, write_texts
 from heartgen.formats.regions import Tags, places, tags
+from heartgen.formats.written import Written, write_texts
 from heartgen.mesh.bernstein import ORDER
 from heartgen.mesh.field import MeshField, fitting
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.lattice import shared_points
+from heartgen.mesh.lagrange_nodes import shared_points
 
 VERTICES = places("000 300 330 030 003 303 333 033")
 EDGES = np.array(

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.mesh.bases import CORNERS, PARAMETERS, corner_parameters
+from heartgen.mesh.connectivity import merge_coincident, random_dofs
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.sharing import coincident, random_dofs
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def nodal_parameters(mesh: HexMesh) -> NodalParameters:
     rows = topology.functionals(corner_parameters().reshape(CORNERS * PARAMETERS, -1))
     slot = (PARAMETERS * topology.nodes[..., None] + np.arange(PARAMETERS)).ravel()
     # The slot is a coordinate of its own: only parameters of one kind at one node may coincide.
-    number, first = coincident(np.column_stack([rows @ random_dofs(topology), slot]))
+    number, first = merge_coincident(np.column_stack([rows @ random_dofs(topology), slot]))
     order = np.argsort(slot[first], kind="stable")
     counts = np.bincount(slot[first], minlength=PARAMETERS * (int(topology.nodes.max()) + 1))
     version = np.empty(len(first), dtype=np.intp)

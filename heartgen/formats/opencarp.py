@@ -1,4 +1,4 @@
-"""openCARP: points in micrometres, tetrahedra with their region, fibres; surfaces beside them.
+"""openCARP: points in micrometers, tetrahedra with their region, fibers; surfaces beside them.
 
 World (LPS). Only tetrahedra are written: for other cells openCARP has an order of nodes of its own.
 """
@@ -10,17 +10,17 @@ from pathlib import Path
 import numpy as np
 
 from heartgen.errors import MeshError
-from heartgen.formats.files import Written, write_texts
 from heartgen.formats.resampling.data import Data
 from heartgen.formats.resampling.resample import Resampled
 from heartgen.formats.text import rows
+from heartgen.formats.written import Written, write_texts
 
-MICROMETRES = 1000.0
-"""In a millimetre."""
+MICROMETERS = 1000.0
+"""In a millimeter."""
 
 
 def write_opencarp(cells: Resampled, path: Path, data: Data) -> Written:
-    """Write a resampled mesh as .pts, .elem and, if there is a fibre field, .lon.
+    """Write a resampled mesh as .pts, .elem and, if there is a fiber field, .lon.
 
     For every named surface there are its triangles, .NAME.surf, and its points, .NAME.vtx. Tags of
     the elements count the regions from 1.
@@ -34,7 +34,7 @@ def write_opencarp(cells: Resampled, path: Path, data: Data) -> Written:
         raise MeshError("meshes for openCARP are written as linear tetrahedra: choose tet4")
     elements = np.column_stack([cells.cells[0].nodes, cells.part_numbers()])
     texts = {
-        ".pts": [str(len(cells.points)), *rows(MICROMETRES * cells.points)],
+        ".pts": [str(len(cells.points)), *rows(MICROMETERS * cells.points)],
         ".elem": [str(len(elements)), *(f"Tt {row}" for row in rows(elements))],
     }
     directions = data.directions()

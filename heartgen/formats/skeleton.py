@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from heartgen.mesh.connectivity import generic_mesh, merge_coincident
 from heartgen.mesh.hexmesh import Topology
-from heartgen.mesh.sharing import coincident, probe
 
 COLLAPSED = -1
 """In place of the number of a face without area, or of a line without length."""
@@ -56,12 +56,12 @@ def skeleton(topology: Topology) -> Skeleton:
     Skeleton
     """
     unit = _unit_faces()
-    shape = probe(topology)
+    shape = generic_mesh(topology)
     corners = topology.nodes[:, face_corners()].reshape(-1, 4)
     distinct = 1 + np.count_nonzero(np.diff(np.sort(corners, axis=1), axis=1), axis=1)
     solid = distinct > 2
-    centres = shape.evaluate(unit.mean(1)).reshape(-1, 3)
-    faces, first = _number(centres, solid)
+    centers = shape.evaluate(unit.mean(1)).reshape(-1, 3)
+    faces, first = _number(centers, solid)
     corners = corners[first]
 
     halfway = unit[:, LINES].mean(2).reshape(-1, 3)
@@ -92,5 +92,5 @@ def _number(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Numbers of the entities with these middles, and the row where each appears first."""
     numbers = np.full(len(middles), COLLAPSED, dtype=np.intp)
-    numbers[exists], first = coincident(middles[exists])
+    numbers[exists], first = merge_coincident(middles[exists])
     return numbers, np.flatnonzero(exists)[first]

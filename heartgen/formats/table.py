@@ -14,15 +14,15 @@ from heartgen.formats.ex1 import write_ex1
 from heartgen.formats.exf import write_exf
 from heartgen.formats.febio import write_febio
 from heartgen.formats.fieldml import write_fieldml
-from heartgen.formats.files import Written
 from heartgen.formats.grids import write_cells_vtu, write_xdmf
 from heartgen.formats.mfem import write_mfem
 from heartgen.formats.msh import write_msh
 from heartgen.formats.opencarp import write_opencarp
 from heartgen.formats.resampling import Resampled, Resampling
-from heartgen.formats.resampling.writing import CellFormat, CellWriter
-from heartgen.formats.surfaces import write_glb, write_obj, write_ply, write_stl
+from heartgen.formats.resampling.cell_files import CellFormat, CellWriter
+from heartgen.formats.surface_files import write_glb, write_obj, write_ply, write_stl
 from heartgen.formats.vtu import write_bezier_vtu, write_legacy_vtk, write_vtu
+from heartgen.formats.written import Written
 from heartgen.mesh.field import MeshField, fitting
 from heartgen.mesh.hexmesh import HexMesh
 
@@ -48,7 +48,8 @@ class Format:
     title : str
         What it is and whose, for people.
     write : Writer
-        A `CellFormat` if the mesh is resampled to simple cells, which can then be chosen.
+        A `CellFormat` if the mesh is resampled to linear or quadratic cells, which can then be
+        chosen.
     fields : bool
         False if it has no place for fields; the writer is then given none.
     exact : bool
@@ -79,7 +80,7 @@ def _of_cells(
     fields: bool = True,
     only_directions: bool = False,
 ) -> Format:
-    """A format of simple cells."""
+    """A format of linear or quadratic cells."""
     how = CellFormat(write, Resampling(kind), only_directions)
     return Format(name, ending, title, how, fields=fields, exact=False)
 
@@ -108,7 +109,13 @@ FORMATS = _table(
     Format("vtk", ".vtk", "legacy VTK 5.1, cubic cells: ParaView, meshio", write_legacy_vtk),
     Format("msh", ".msh", "Gmsh MSH 2.2, order 3: Gmsh, MFEM, meshio", write_msh),
     Format("mfem", ".mesh", "MFEM, order 3", write_mfem),
-    _of_cells("vtu-cells", ".vtu", "VTK, simple cells: ParaView, svFSI", write_cells_vtu, "hex8"),
+    _of_cells(
+        "vtu-cells",
+        ".vtu",
+        "VTK, linear or quadratic cells: ParaView, svFSI",
+        write_cells_vtu,
+        "hex8",
+    ),
     _of_cells("xdmf", ".xdmf", "XDMF: FEniCS, ParaView, PyVista", write_xdmf, "tet4"),
     _of_cells("inp", ".inp", "Abaqus, CalculiX", write_abaqus, "hex8", only_directions=True),
     _of_cells("feb", ".feb", "FEBio", write_febio, "hex8"),
@@ -152,7 +159,7 @@ def write_mesh(
     ------
     InputError
         If there is no such format, the file name does not end as its files do, or the format holds
-        no simple cells and they were asked for.
+        no linear or quadratic cells and they were asked for.
     MeshError
         If the format cannot hold the mesh, or a field is not one of this mesh.
     HeartgenError
@@ -182,7 +189,7 @@ def file_name(stem: str, name: str) -> str:
 def format_of(path: str | Path, name: str | None = None, simple: bool = False) -> Format:
     """Format by its name, or by the ending of a file name; `InputError` if there is none.
 
-    With `simple`, only formats of simple cells will do.
+    With `simple`, only formats of linear or quadratic cells will do.
     """
     candidates = list(FORMATS.values()) if name is None else [_named(name)]
     if simple:
@@ -223,7 +230,7 @@ def cells_of(name: str, kind: str | None) -> Resampling | None:
 
 
 def fields_held(name: str) -> Literal["all", "directions", "none"]:
-    """For which fields a format by its name has a place; directions are fibres and sheets."""
+    """For which fields a format by its name has a place; directions are fibers and sheets."""
     chosen = _named(name)
     if not chosen.fields:
         return "none"

@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.formats.files import Written, write_text
+from heartgen.formats.written import Written, write_text
 
 VERSION, OLD_VERSION = "2.2", "1.0"
 """Of the file format. From 2.1 on readers take the last two vertical edges of cubic hexahedra in

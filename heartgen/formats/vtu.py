@@ -19,14 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
-from heartgen.formats.files import Written, write_text
 from heartgen.formats.regions import places
 from heartgen.formats.vtkgrid import write_grid
+from heartgen.formats.written import Written, write_text
 from heartgen.mesh.bernstein import DEGREE, cube, lagrange_to_bernstein
 from heartgen.mesh.field import MeshField, fitting
 from heartgen.mesh.hexmesh import HexMesh, Topology
 from heartgen.mesh.jacobian import jacobian_ratio
-from heartgen.mesh.lattice import shared_points
+from heartgen.mesh.lagrange_nodes import shared_points
 
 LAGRANGE_HEXAHEDRON, BEZIER_HEXAHEDRON = 72, 79
 """VTK's numbers of the cell types."""
@@ -124,7 +124,7 @@ def write_legacy_vtk(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField
 
 
 @dataclass(frozen=True)
-class _Grid:
+class _PointGrid:
     """An unstructured grid of cells of 64 points, in VTK's order."""
 
     points: NDArray[np.float64]
@@ -133,7 +133,7 @@ class _Grid:
     cell_data: dict[str, NDArray[np.generic]]
 
 
-def _lagrange_grid(mesh: HexMesh, fields: tuple[MeshField, ...]) -> _Grid:
+def _lagrange_grid(mesh: HexMesh, fields: tuple[MeshField, ...]) -> _PointGrid:
     return _grid(mesh, fields, mesh.lagrange_points(), *shared_points(mesh.topology, fields))
 
 
@@ -143,7 +143,7 @@ def _grid(
     places_of_elements: NDArray[np.float64],
     number: NDArray[np.intp],
     first: NDArray[np.intp],
-) -> _Grid:
+) -> _PointGrid:
     """Points (e, 64, 3) and data, shared by these numbers."""
     cell_data = _named_parts(mesh.topology)
     for field in fields:
@@ -153,7 +153,7 @@ def _grid(
                 "give it another name"
             )
     cell_data["jacobian_ratio"] = jacobian_ratio(mesh)
-    return _Grid(
+    return _PointGrid(
         points=places_of_elements.reshape(-1, 3)[first],
         cells=number[:, places(ORDER)],
         point_data={

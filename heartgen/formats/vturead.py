@@ -26,9 +26,9 @@ from heartgen.formats.vtu import (
 )
 from heartgen.mesh.bases import lagrange_extraction
 from heartgen.mesh.bernstein import lattice, tabulate
+from heartgen.mesh.connectivity import SAME, merge_coincident
 from heartgen.mesh.field import MeshField
 from heartgen.mesh.hexmesh import COEFFICIENTS
-from heartgen.mesh.sharing import SAME, coincident
 
 COINCIDE = 1e-11
 """Distance, relative to the extent of the mesh, below which two points are one."""
@@ -75,7 +75,7 @@ def _mesh_file(path: str | Path, grid: GridFile) -> MeshFile:
     extent = float(np.ptp(points, axis=0).max())
     if not extent > 0:
         raise InputError(f"{path}: The mesh has no extent: give one with coordinates.")
-    number, first = coincident(points / extent * (SAME / COINCIDE))
+    number, first = merge_coincident(points / extent * (SAME / COINCIDE))
     corners = number.reshape(len(cells), -1)[:, places(CORNERS)]
     structure = grid.cell_data.get("structure")
     named = {

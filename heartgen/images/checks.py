@@ -29,7 +29,7 @@ MIN_SLICES = 3
 
 SPACINGS = (1e-5, 250.0)
 """Voxel sizes in mm beyond which no unit mix-up explains the number: below lies a mouse heart at
-29 um stored in metres, above the sparsest stack of the paper (20 mm) read ten times too large."""
+29 um stored in meters, above the sparsest stack of the paper (20 mm) read ten times too large."""
 
 HEART_LENGTHS = (3.0, 400.0)
 """Lengths of hearts in mm, newborn mouse to horse."""
@@ -139,7 +139,7 @@ def check_data_type(dtype: np.dtype[Any]) -> Finding | None:
     """One real number per voxel."""
     if dtype.kind in "buif":
         return None
-    kind = {"c": "complex numbers", "V": "colours or vectors"}.get(dtype.kind, f"type {dtype}")
+    kind = {"c": "complex numbers", "V": "colors or vectors"}.get(dtype.kind, f"type {dtype}")
     return _fatal(
         "data type",
         f"The voxels hold {kind}: save the mask with one whole number per voxel.",

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from heartgen.images.files import refuse
+from heartgen.images.file_kinds import refuse
 
 Moments: TypeAlias = tuple[tuple[int, ...], ...]
 """For each moment, the frames of the file that belong to it, from 0."""

@@ -16,7 +16,7 @@ import numpy as np
 from heartgen.errors import InputError
 from heartgen.images.checks import check_dimensions, check_size, report
 from heartgen.images.cine import Moments, find_moments, one_moment
-from heartgen.images.files import refuse
+from heartgen.images.file_kinds import refuse
 from heartgen.images.repairs import MARGIN
 from heartgen.images.rtstruct import structure_set
 from heartgen.images.structures import Structures

@@ -24,7 +24,7 @@ def inner_distance(voxels: NDArray[np.bool_], spacing: NDArray[np.float64]) -> N
     Returns
     -------
     (nx, ny, nz) float32
-        mm between voxel centres; zero outside the shape.
+        mm between voxel centers; zero outside the shape.
     """
     # What is nearest lies next to the shape: most shapes fill a small part of their array.
     box = box_around(voxels, 0.0, spacing)
@@ -45,7 +45,7 @@ def near(
     voxels : (nx, ny, nz) bool
         The shape.
     reach : float
-        mm between voxel centres.
+        mm between voxel centers.
     spacing : (3,) float64
         Voxel size, mm.
 

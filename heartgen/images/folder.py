@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from heartgen.images.checks import check_finite, report
-from heartgen.images.files import ENDINGS, refuse, stem
+from heartgen.images.file_kinds import ENDINGS, refuse, stem
 from heartgen.images.names import scheme_of_names
 from heartgen.images.schemes import Scheme
 from heartgen.images.structures import Structures

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heartgen.images.checks import check_size, report
-from heartgen.images.files import refuse
+from heartgen.images.file_kinds import refuse
 from heartgen.images.units import meta_is_spaced, meta_unit, nrrd_is_spaced, nrrd_unit
 
 MAX_HEADER = 1024**2

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from heartgen.images.checks import check_data_type, check_dimensions, check_size, report
-from heartgen.images.files import refuse
+from heartgen.images.file_kinds import refuse
 from heartgen.images.headers import check_file_size, meta_header, nrrd_header
 from heartgen.images.slicer import layered, segments_of
 from heartgen.images.structures import Structures
@@ -43,7 +43,7 @@ def read_itk(path: Path, form: str) -> Volume | Structures:
     path : Path
         The file; for a detached header, the header.
     form : str
-        Its format, as `heartgen.images.files.identify` names it.
+        Its format, as `heartgen.images.file_kinds.identify` names it.
 
     Returns
     -------

@@ -12,7 +12,7 @@ from heartgen.images.mask import Finding
 from heartgen.images.volume import Label, Volume
 
 MAX_LABELS = 256
-"""Distinct values beyond which an image is grey, not labelled: whole-body label maps have 120."""
+"""Distinct values beyond which an image is gray, not labeled: whole-body label maps have 120."""
 
 WHOLE = 1e-3
 """Farthest from a whole number that a label may be: one that was saved as a scaled float and read
@@ -117,7 +117,7 @@ def describe_present(values: NDArray[Any], names: Mapping[int, str]) -> str:
 
 
 def not_labels(values: NDArray[Any]) -> Finding | None:
-    """Whole numbers, and not too many different ones: labels, not grey values."""
+    """Whole numbers, and not too many different ones: labels, not gray values."""
     distinct = np.unique(values)
     whole = values.dtype.kind != "f" or bool((distinct == np.round(distinct)).all())
     if len(distinct) <= MAX_LABELS and whole:
@@ -140,7 +140,7 @@ def _whole(one: int | str) -> int | None:
 
 
 def _not_binary(values: NDArray[Any], names: Mapping[int, str]) -> Finding:
-    """Offer the labels of a label image; say of a grey image that it is one."""
+    """Offer the labels of a label image; say of a gray image that it is one."""
     return not_labels(values) or Finding(
         "binary",
         f"The image is not binary, it holds the labels {describe_present(values, names)}: pass the "

@@ -32,7 +32,7 @@ PARALLEL_FROM = 32768
 """...where there are enough of them to pay for the threads."""
 
 SETTLING_ROUNDS = 2
-"""Rounds in which each voxel tries the surface points of all 26 neighbours: the sweeps, which look
+"""Rounds in which each voxel tries the surface points of all 26 neighbors: the sweeps, which look
 at six, can miss the nearest one, and which they miss depends on the order of the axes..."""
 
 SETTLING_REACH = 10.0
@@ -202,8 +202,8 @@ def _crossings(
 
 
 @nb.njit(cache=True)
-def _centre(metric, i, j, k):  # type: ignore[no-untyped-def]
-    """Centre of a voxel, mm from that of the first."""
+def _center(metric, i, j, k):  # type: ignore[no-untyped-def]
+    """Center of a voxel, mm from that of the first."""
     return (
         metric[0, 0] * i + metric[0, 1] * j + metric[0, 2] * k,
         metric[1, 0] * i + metric[1, 1] * j + metric[1, 2] * k,
@@ -212,9 +212,9 @@ def _centre(metric, i, j, k):  # type: ignore[no-untyped-def]
 
 
 @nb.njit(cache=True)
-def _squared(place, centre):  # type: ignore[no-untyped-def]
-    """Squared distance between a surface point and a voxel centre."""
-    x, y, z = place[0] - centre[0], place[1] - centre[1], place[2] - centre[2]
+def _squared(place, center):  # type: ignore[no-untyped-def]
+    """Squared distance between a surface point and a voxel center."""
+    x, y, z = place[0] - center[0], place[1] - center[1], place[2] - center[2]
     return x * x + y * y + z * z
 
 
@@ -230,15 +230,15 @@ def _claim(owner, seeds, places, metric):  # type: ignore[no-untyped-def]
         i1, j1, k1 = int(np.ceil(seeds[s, 0])), int(np.ceil(seeds[s, 1])), int(np.ceil(seeds[s, 2]))
         for end in range(2):
             i, j, k = (i0, j0, k0) if end == 0 else (i1, j1, k1)
-            old, centre = owner[i, j, k], _centre(metric, i, j, k)
-            if old < 0 or _squared(places[s], centre) < _squared(places[old], centre):
+            old, center = owner[i, j, k], _center(metric, i, j, k)
+            if old < 0 or _squared(places[s], center) < _squared(places[old], center):
                 owner[i, j, k] = s
 
 
 @nb.njit(cache=True)
-def _height(place, normal, centre):  # type: ignore[no-untyped-def]
-    """Height of a voxel centre over the tangent plane of a surface point."""
-    x, y, z = centre[0] - place[0], centre[1] - place[1], centre[2] - place[2]
+def _height(place, normal, center):  # type: ignore[no-untyped-def]
+    """Height of a voxel center over the tangent plane of a surface point."""
+    x, y, z = center[0] - place[0], center[1] - place[1], center[2] - place[2]
     return x * normal[0] + y * normal[1] + z * normal[2]
 
 
@@ -260,8 +260,8 @@ def _sweep(owner, places, normals, metric):  # type: ignore[no-untyped-def]
                 j = jj if dj > 0 else ny - 1 - jj
                 for kk in range(nz):
                     k = kk if dk > 0 else nz - 1 - kk
-                    best, centre = owner[i, j, k], _centre(metric, i, j, k)
-                    least = _squared(places[best], centre) if best >= 0 else np.inf
+                    best, center = owner[i, j, k], _center(metric, i, j, k)
+                    least = _squared(places[best], center) if best >= 0 else np.inf
                     for n in range(3):
                         a = i - di if n == 0 else i
                         b = j - dj if n == 1 else j
@@ -270,12 +270,12 @@ def _sweep(owner, places, normals, metric):  # type: ignore[no-untyped-def]
                             other = owner[a, b, c]
                             if other < 0 or other == best:
                                 continue
-                            d = _squared(places[other], centre)
+                            d = _squared(places[other], center)
                             if d > least * (1 + TIE):
                                 continue
                             if d > least * (1 - TIE):
-                                new = _height(places[other], normals[other], centre)
-                                old = _height(places[best], normals[best], centre)
+                                new = _height(places[other], normals[other], center)
+                                old = _height(places[best], normals[best], center)
                                 if abs(new) >= abs(old) * (1 - TIE):
                                     continue
                             least, best = d, other
@@ -285,27 +285,27 @@ def _sweep(owner, places, normals, metric):  # type: ignore[no-untyped-def]
 
 @nb.njit(cache=True, parallel=True)
 def _settle(owner, places, normals, metric, near):  # type: ignore[no-untyped-def]
-    """Best of the own and the 26 neighbours' surface points of each voxel near the surface."""
+    """Best of the own and the 26 neighbors' surface points of each voxel near the surface."""
     nx, ny, nz = owner.shape
     out = owner.copy()
     for i in nb.prange(nx):
         for j in range(ny):
             for k in range(nz):
-                best, centre = owner[i, j, k], _centre(metric, i, j, k)
-                least = _squared(places[best], centre)
+                best, center = owner[i, j, k], _center(metric, i, j, k)
+                least = _squared(places[best], center)
                 if least > near:
                     continue
-                height = abs(_height(places[best], normals[best], centre))
+                height = abs(_height(places[best], normals[best], center))
                 for a in range(max(i - 1, 0), min(i + 2, nx)):
                     for b in range(max(j - 1, 0), min(j + 2, ny)):
                         for c in range(max(k - 1, 0), min(k + 2, nz)):
                             other = owner[a, b, c]
                             if other == best:
                                 continue
-                            d = _squared(places[other], centre)
+                            d = _squared(places[other], center)
                             if d > least * (1 + TIE):
                                 continue
-                            new = abs(_height(places[other], normals[other], centre))
+                            new = abs(_height(places[other], normals[other], center))
                             if d > least * (1 - TIE) and new >= height * (1 - TIE):
                                 continue
                             least, height, best = d, new, other
@@ -320,9 +320,9 @@ def _distances(nearest, places, normals, metric, inside, reach):  # type: ignore
     for i in nb.prange(nearest.shape[0]):
         for j in range(nearest.shape[1]):
             for k in range(nearest.shape[2]):
-                s, centre = nearest[i, j, k], _centre(metric, i, j, k)
-                squared = _squared(places[s], centre)
-                along = _height(places[s], normals[s], centre)
+                s, center = nearest[i, j, k], _center(metric, i, j, k)
+                squared = _squared(places[s], center)
+                along = _height(places[s], normals[s], center)
                 aside = max(squared - along * along, 0.0)
                 size = np.sqrt(along * along + max(aside - reach * reach, 0.0))
                 out[i, j, k] = -size if inside[i, j, k] else size

@@ -65,7 +65,7 @@ class Mask:
 
     @cached_property
     def spacing(self) -> NDArray[np.float64]:
-        """Distance between neighbouring voxels along each index axis, (3,) float64, mm."""
+        """Distance between neighboring voxels along each index axis, (3,) float64, mm."""
         return np.asarray(np.linalg.norm(self.affine[:3, :3], axis=0))
 
     @property
@@ -126,6 +126,6 @@ def planes_along(voxels: NDArray[np.bool_], axis: int) -> NDArray[np.bool_]:
 
 
 def _typical_step(planes: NDArray[np.bool_]) -> float:
-    """Median distance between neighbouring planes that carry voxels, in planes."""
+    """Median distance between neighboring planes that carry voxels, in planes."""
     carrying = np.flatnonzero(planes)
     return float(np.median(np.diff(carrying))) if len(carrying) > 1 else 1.0

@@ -21,7 +21,7 @@ from heartgen.images.checks import (
     describe_sizes,
     report,
 )
-from heartgen.images.files import VOXELS, described_by, refuse
+from heartgen.images.file_kinds import VOXELS, described_by, refuse
 from heartgen.images.headers import Declared, check_file_size
 from heartgen.images.mask import Finding
 from heartgen.images.volume import LPS_FROM_RAS, Volume

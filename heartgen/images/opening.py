@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from heartgen.images.dicom import read_structures
-from heartgen.images.files import FOLDER, identify, refuse
+from heartgen.images.file_kinds import FOLDER, identify, refuse
 from heartgen.images.folder import folder_structures, structure_files
 from heartgen.images.itk import read_itk
 from heartgen.images.nifti import read_nifti

@@ -25,13 +25,13 @@ from heartgen.images.checks import (
     check_size,
     report,
 )
-from heartgen.images.files import refuse
-from heartgen.images.frames import Frame
+from heartgen.images.cine_frames import Frame
+from heartgen.images.file_kinds import refuse
 from heartgen.images.labels import myocardium, whole_numbers
 from heartgen.images.mask import LEFT_BLOOD, WALL, Mask
 from heartgen.images.opening import enough_memory, name_of, open_image
 from heartgen.images.repairs import fill_lost_planes, keep_largest, pad_border
-from heartgen.images.schemes import Labelling
+from heartgen.images.schemes import Labeling
 from heartgen.images.structures import Structures
 from heartgen.images.taking import Select, Taking, take
 from heartgen.images.ventricles import RV_WALL, VentricleChoice, check_choices
@@ -82,7 +82,7 @@ def read_mask(
 
 def read_labels(
     path: str | PathLike[str],
-    scheme: Labelling,
+    scheme: Labeling,
     *,
     ventricles: VentricleChoice = "auto",
     rv_wall: float = RV_WALL,
@@ -91,7 +91,7 @@ def read_labels(
 ) -> Mask:
     """Read a label map of the heart, and take from it the myocardium of its ventricles.
 
-    Where the right ventricle's blood pool is labelled but not its wall, the wall is built: within
+    Where the right ventricle's blood pool is labeled but not its wall, the wall is built: within
     `rv_wall` of the pool, open at the base.
 
     Parameters
@@ -105,7 +105,7 @@ def read_labels(
         the roles ``lv_myocardium``, ``lv_pool``, ``rv_pool``, ``rv_myocardium``, of which the first
         is needed.
     ventricles : {"auto", "lv", "biv"}
-        Which to take: all that are labelled, the left, both.
+        Which to take: all that are labeled, the left, both.
     rv_wall : float
         Thickness of the right ventricular wall if it has to be built, mm.
     view, frame

@@ -25,10 +25,10 @@ LISTED = 6
 """Sizes of pieces named in a message."""
 
 CORNERS = np.ones((3, 3, 3), dtype=bool)
-"""Voxels that share a corner are neighbours."""
+"""Voxels that share a corner are neighbors."""
 
 IN_PLANE = np.array([[[0], [1], [0]], [[1], [1], [1]], [[0], [1], [0]]], dtype=bool)
-"""Pixels of one slice that share an edge are neighbours, slices are not."""
+"""Pixels of one slice that share an edge are neighbors, slices are not."""
 
 
 def fill_lost_planes(mask: Mask) -> tuple[Mask, Finding | None]:
@@ -70,7 +70,7 @@ def fill_lost_planes(mask: Mask) -> tuple[Mask, Finding | None]:
     finding = Finding(
         "lost planes",
         f"The mask is empty in {len(filled)} plane(s) inside the heart ({', '.join(filled)}): they "
-        "were interpolated from their neighbours.",
+        "were interpolated from their neighbors.",
     )
     return replace(mask, voxels=voxels), finding
 

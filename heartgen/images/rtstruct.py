@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.images.checks import check_size, report
-from heartgen.images.files import refuse
+from heartgen.images.file_kinds import refuse
 from heartgen.images.repairs import MARGIN
 from heartgen.images.structures import Structures
 from heartgen.images.volume import Coded, Volume
@@ -35,7 +35,7 @@ PARALLEL = 5e-3
 
 
 @dataclass(frozen=True)
-class _Grid:
+class _ContourGrid:
     """Voxels around contours: places of planes along their normal, and an affine."""
 
     axes: NDArray[np.float64]  # (3, 3), columns: in-plane i and j, normal k; LPS
@@ -129,7 +129,7 @@ def _rasterized(contours: Mapping[int, list[NDArray[np.float64]]], file: str) ->
     return Volume(inside, grid.affine)
 
 
-def _grid(contours: list[NDArray[np.float64]], file: str) -> _Grid:
+def _grid(contours: list[NDArray[np.float64]], file: str) -> _ContourGrid:
     """Voxels around contours: the pixels they were traced along, or as fine ones."""
     axes, pixels = _axes(contours, file), None
     turned = _chain_axes(contours, axes[:, 2])
@@ -152,7 +152,7 @@ def _grid(contours: list[NDArray[np.float64]], file: str) -> _Grid:
     counts = np.rint((high - low) / spacing).astype(int) + 1 + 2 * margin
     shape = (int(counts[0]), int(counts[1]), int(counts[2]))
     report(file, [check_size(shape)])
-    return _Grid(axes, origin, spacing, shape, traced=pixels is not None)
+    return _ContourGrid(axes, origin, spacing, shape, traced=pixels is not None)
 
 
 def _axes(contours: list[NDArray[np.float64]], file: str) -> NDArray[np.float64]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from heartgen.errors import InputError
-from heartgen.images.files import refuse
+from heartgen.images.file_kinds import refuse
 from heartgen.images.labels import find_labels
 from heartgen.images.volume import Label
 
@@ -55,7 +55,7 @@ class Scheme:
         return walls + self.lv_pool + self.rv_pool + self.rv_openings + self.others
 
 
-Labelling: TypeAlias = str | Scheme | Mapping[str, Label]
+Labeling: TypeAlias = str | Scheme | Mapping[str, Label]
 """A scheme: by name, as such, or as a label or labels for each role."""
 
 SCHEMES = {
@@ -94,13 +94,13 @@ EXAMPLE = "lv_myocardium=2,lv_pool=3,rv_pool=1"
 """A free scheme as it is written on the command line."""
 
 
-def find_scheme(labelling: Labelling, names: Mapping[int, str], image: str) -> Scheme | None:
+def find_scheme(labeling: Labeling, names: Mapping[int, str], image: str) -> Scheme | None:
     """Turn what a user gives for a scheme into one.
 
     Parameters
     ----------
-    labelling : str, Scheme, or mapping of str to labels
-        See `Labelling`.
+    labeling : str, Scheme, or mapping of str to labels
+        See `Labeling`.
     names : mapping of int to str
         Names of the label values, if any are known.
     image : str
@@ -116,23 +116,23 @@ def find_scheme(labelling: Labelling, names: Mapping[int, str], image: str) -> S
     InputError
         If there is no such scheme, or roles and labels contradict each other.
     """
-    if isinstance(labelling, Scheme):
-        return labelling
-    if isinstance(labelling, Mapping):
-        return _free(labelling, names, image)
-    name = str(labelling).strip().lower()
+    if isinstance(labeling, Scheme):
+        return labeling
+    if isinstance(labeling, Mapping):
+        return _free(labeling, names, image)
+    name = str(labeling).strip().lower()
     if name == "auto":
         return None
     if name not in SCHEMES:
         refuse(
             image,
-            f"The scheme of labels {labelling!r} is unknown: give one of {KNOWN}, or the labels "
+            f"The scheme of labels {labeling!r} is unknown: give one of {KNOWN}, or the labels "
             f"themselves, such as {EXAMPLE}.",
         )
     return SCHEMES[name]
 
 
-def scheme_from_text(text: str) -> Labelling:
+def scheme_from_text(text: str) -> Labeling:
     """Read a scheme as a user writes it.
 
     Parameters
@@ -142,7 +142,7 @@ def scheme_from_text(text: str) -> Labelling:
 
     Returns
     -------
-    Labelling
+    Labeling
         A role may be given more than once; a label that is no number is taken for a name.
 
     Raises

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.images.files import refuse
+from heartgen.images.file_kinds import refuse
 from heartgen.images.labels import describe_label, find_labels
 from heartgen.images.mask import Finding
 from heartgen.images.schemes import SCHEMES, Scheme

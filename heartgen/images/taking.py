@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.images.checks import check_affine, check_finite
+from heartgen.images.cine_frames import Frame, enclosed_volume, find_frame
 from heartgen.images.fitting import guess_scheme
-from heartgen.images.frames import Frame, enclosed_volume, find_frame
 from heartgen.images.labels import describe_label, myocardium, not_labels, whole_numbers
 from heartgen.images.mask import WALL, Finding
 from heartgen.images.names import scheme_of_names
-from heartgen.images.schemes import ROLES, Labelling, Scheme, find_scheme
+from heartgen.images.schemes import ROLES, Labeling, Scheme, find_scheme
 from heartgen.images.structures import Structures, choose, joined, united
 from heartgen.images.ventricles import RV_WALL, VentricleChoice, ventricular_walls
 from heartgen.images.volume import Label, Volume
@@ -38,7 +38,7 @@ class Taking:
     ----------
     label : Label or None
         Labels or structures that are myocardium.
-    scheme : Labelling or None
+    scheme : Labeling or None
         What all labels are. With neither, the image is a mask, unless names tell more.
     ventricles : {"auto", "lv", "biv"}
         Which to take from a label map.
@@ -49,7 +49,7 @@ class Taking:
     """
 
     label: Label | None = None
-    scheme: Labelling | None = None
+    scheme: Labeling | None = None
     ventricles: VentricleChoice = "auto"
     rv_wall: float = RV_WALL
     frame: Frame | None = None

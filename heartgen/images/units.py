@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 
-from heartgen.images.files import refuse
+from heartgen.images.file_kinds import refuse
 
 LENGTHS = {
     1e3: ("m", "meter", "metre"),

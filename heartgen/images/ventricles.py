@@ -8,16 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.images.checks import check_affine
-from heartgen.images.files import refuse
+from heartgen.images.file_kinds import refuse
 from heartgen.images.fitting import guess_scheme, misfit
 from heartgen.images.labels import describe_present, not_labels
 from heartgen.images.mask import LEFT_BLOOD, RIGHT_BLOOD, WALL, Finding
+from heartgen.images.rv_wall import Parts, build_rv_wall
 from heartgen.images.schemes import Scheme
 from heartgen.images.volume import Volume
-from heartgen.images.wall import Parts, build_rv_wall
 
 VentricleChoice: TypeAlias = Literal["auto", "lv", "biv"]
-"""Which ventricles to take: all that are labelled, the left, both."""
+"""Which ventricles to take: all that are labeled, the left, both."""
 
 RV_WALL = 3.0
 """Thickness of a healthy right ventricular wall in mm; above 5 it is hypertrophied (Rudski et al.
@@ -42,7 +42,7 @@ def check_choices(ventricles: str, rv_wall: float, name: str) -> None:
 def ventricular_walls(
     volume: Volume, scheme: Scheme | None, ventricles: VentricleChoice, rv_wall: float
 ) -> tuple[NDArray[np.uint8] | None, tuple[Finding, ...]]:
-    """Unite the walls of the ventricles, the right one built if it is not labelled.
+    """Unite the walls of the ventricles, the right one built if it is not labeled.
 
     Parameters
     ----------
@@ -66,9 +66,9 @@ def ventricular_walls(
     if check_affine(volume.affine) is not None:  # said by who checks the image
         return None, ()
     values, names = volume.values, volume.label_names
-    grey = not_labels(values)
-    if grey is not None:
-        return None, (grey,)
+    gray = not_labels(values)
+    if gray is not None:
+        return None, (gray,)
     findings: tuple[Finding, ...] = ()
     if scheme is None:
         spacing = np.linalg.norm(volume.affine[:3, :3], axis=0)
@@ -91,15 +91,15 @@ def ventricular_walls(
         )
     lv_wall = np.isin(values, scheme.lv_wall)
     lv_pool = np.isin(values, scheme.lv_pool)
-    rv_labelled = np.isin(values, scheme.rv_myocardium)
+    rv_labeled = np.isin(values, scheme.rv_myocardium)
     rv_pool = np.isin(values, scheme.rv_pool)
     if ventricles == "lv":
         return _united(lv_wall, lv_pool), findings
-    if not rv_labelled.any() and rv_pool.any():
+    if not rv_labeled.any() and rv_pool.any():
         parts = Parts(lv_wall, lv_pool, rv_pool, np.isin(values, scheme.rv_openings))
-        rv_labelled, said = build_rv_wall(parts, volume.affine, rv_wall)
+        rv_labeled, said = build_rv_wall(parts, volume.affine, rv_wall)
         findings += said
-    return _united(lv_wall | rv_labelled, lv_pool, rv_pool), findings
+    return _united(lv_wall | rv_labeled, lv_pool, rv_pool), findings
 
 
 def _united(wall: NDArray[np.bool_], *pools: NDArray[np.bool_]) -> NDArray[np.uint8]:
@@ -130,7 +130,7 @@ def _check_labels(volume: Volume, scheme: Scheme, ventricles: str) -> Finding | 
     if ventricles == "biv" and not np.isin(present, right).any():
         return Finding(
             "labels",
-            f"No right ventricle is labelled in the image, which holds {held}: label it, or take "
+            f"No right ventricle is labeled in the image, which holds {held}: label it, or take "
             "the left ventricle alone.",
             fatal=True,
         )

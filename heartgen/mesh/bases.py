@@ -18,8 +18,8 @@ from heartgen.mesh.bernstein import (
     lagrange_to_bernstein,
     lattice,
 )
+from heartgen.mesh.connectivity import generic_mesh, merge_coincident
 from heartgen.mesh.hexmesh import COEFFICIENTS, HexMesh, Topology
-from heartgen.mesh.sharing import coincident, probe
 
 CORNERS = 8
 PARAMETERS = 8
@@ -45,7 +45,7 @@ def to_lagrange(mesh: HexMesh, order: int = DEGREE) -> HexMesh:
     topology, xi = mesh.topology, lattice(order + 1)
     if topology.basis == "lagrange" and order == DEGREE:
         return mesh
-    number, first = coincident(probe(topology).evaluate(xi).reshape(-1, 3))
+    number, first = merge_coincident(generic_mesh(topology).evaluate(xi).reshape(-1, 3))
     lagrange = replace(
         topology,
         extraction=lagrange_extraction(number, len(first), order),
@@ -53,7 +53,7 @@ def to_lagrange(mesh: HexMesh, order: int = DEGREE) -> HexMesh:
         straightening=None,
         basis="lagrange",
         hermite=topology if order == DEGREE else None,
-        joined=None,
+        generic_dofs=None,
     )
     return HexMesh(mesh.evaluate(xi).reshape(-1, 3)[first], lagrange)
 
@@ -130,7 +130,7 @@ def _with_versions(mesh: HexMesh) -> HexMesh:
     values = np.einsum("cpa,eax->ecpx", corner_parameters(), mesh.control)
     slot = PARAMETERS * topology.nodes[..., None] + np.arange(PARAMETERS)
     key = np.column_stack([values.reshape(-1, 3) / _extent(mesh), slot.ravel()])
-    number, first = coincident(key)
+    number, first = merge_coincident(key)
     weights = _gather(number, len(first))
     dofs = values.reshape(-1, 3)[first]
     return HexMesh(
@@ -141,7 +141,7 @@ def _with_versions(mesh: HexMesh) -> HexMesh:
             constant=(slot.ravel()[first] % PARAMETERS == 0).astype(float),
             basis="hermite",
             hermite=None,
-            joined=dofs / _extent(mesh),
+            generic_dofs=dofs / _extent(mesh),
         ),
     )
 

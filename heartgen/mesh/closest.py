@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.surfaces import face_control, tabulate_face
+from heartgen.mesh.surface_faces import face_control, tabulate_face
 
 STARTS = 10
 """Start samples per face and direction; finer than any bump of a bicubic patch."""
@@ -171,7 +171,7 @@ def _evaluate(patch, u, v, work, state):  # type: ignore[no-untyped-def]
 
 @nb.njit(cache=True)
 def _newton(patch, q, u, v, work, state):  # type: ignore[no-untyped-def]
-    """Minimise the squared distance over the unit square by projected, damped Newton steps."""
+    """Minimize the squared distance over the unit square by projected, damped Newton steps."""
     _evaluate(patch, u, v, work, state)
     value = 0.0
     for x in range(3):

@@ -23,7 +23,7 @@ class MeshField:
     name : str
         Printable, without spaces at either end.
     values : (e, 64, k) or (e, k) float64
-        k components: on the 4 x 4 x 4 lattice of each element, xi1 fastest, as
+        k components: at the 4 x 4 x 4 Lagrange nodes of each element, xi1 fastest, as
         `HexMesh.lagrange_points` has positions, between which they are cubic; or one value per
         element, for which (e,) may be given as well. The field may jump between elements.
     """
@@ -44,8 +44,8 @@ class MeshField:
         if values.dtype.kind not in "biuf" or not (values.ndim == 2 or on_lattice):
             raise MeshError(
                 f"field {self.name!r}: {values.dtype} of shape {values.shape} is no field: give "
-                f"numbers of shape (e, {COEFFICIENTS}, k), on the lattice of each element, or "
-                "(e, k), one row an element"
+                f"numbers of shape (e, {COEFFICIENTS}, k), at the Lagrange nodes of each "
+                "element, or (e, k), one row an element"
             )
         if not np.all(np.isfinite(values)):
             raise MeshError(

@@ -6,7 +6,7 @@ at the pole, where u has no length, of y T(x / y, y) in the place of v T(u, v). 
 corner, or the pole, meet only there if a plane through it has the coefficients of the one on this
 side and those of the other on that side.
 
-Trees of pieces are those of `heartgen.mesh.pieces`.
+Trees of pieces are those of `heartgen.mesh.subdivisions`.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN, bernstein, bernstein_derivative
-from heartgen.mesh.sheet import Sheet
+from heartgen.mesh.surface_chart import SurfaceChart
 
 LINEAR = (1.0, 1.0)
 """Grading of a wall whose depth is proportional to xi."""
@@ -68,16 +68,16 @@ def depth_by_row(
     return bernstein(xi) @ coefficients, bernstein_derivative(xi) @ coefficients
 
 
-def shares(
-    sheet: Sheet, dofs: NDArray[np.intp], xi: NDArray[np.float64], grading: Grading
-) -> list[Share]:
+def blending_weights(
+    chart: SurfaceChart, dofs: NDArray[np.intp], xi: NDArray[np.float64], grading: Grading
+) -> list[BlendingWeights]:
     """What degrees of freedom in a wall take from those of epicardium and endocardium.
 
     Parameters
     ----------
-    sheet : Sheet
+    chart : SurfaceChart
     dofs : (m,) int
-        Degrees of freedom of the sheet, all of a node's or none.
+        Degrees of freedom of the chart, all of a node's or none.
     xi : (n,) float64
         Transmural coordinates of layers of nodes.
     grading : Grading
@@ -86,29 +86,29 @@ def shares(
 
     Returns
     -------
-    list of Share
+    list of BlendingWeights
     """
     if isinstance(grading, tuple):
         value, slope = (x[:, None].repeat(len(dofs), axis=1) for x in depth(xi, grading))
-        return [Share(dofs, dofs, value, slope, 1.0)]
+        return [BlendingWeights(dofs, dofs, value, slope, 1.0)]
     own, change = (depth_by_row(xi, ends) for ends in (grading.value, grading.change))
     still = depth_by_row(xi, 0 * grading.change)
-    at = sheet.rows[dofs]
-    derivative, of = sheet.rising[np.isin(sheet.rising[:, 0], dofs)].T
-    rise = [(x - y)[:, sheet.rows[of]] for x, y in zip(change, still, strict=True)]
+    at = chart.rows[dofs]
+    derivative, of = chart.rising[np.isin(chart.rising[:, 0], dofs)].T
+    rise = [(x - y)[:, chart.rows[of]] for x, y in zip(change, still, strict=True)]
     return [
-        Share(dofs, dofs, own[0][:, at], own[1][:, at], 1.0),
-        Share(derivative, of, rise[0], rise[1], 0.0),
+        BlendingWeights(dofs, dofs, own[0][:, at], own[1][:, at], 1.0),
+        BlendingWeights(derivative, of, rise[0], rise[1], 0.0),
     ]
 
 
-class Share(NamedTuple):
+class BlendingWeights(NamedTuple):
     """Part of the degrees of freedom of layers that comes from the two surfaces.
 
     Attributes
     ----------
     target, source : (m,) int
-        Degrees of freedom of the sheet in the layers, and those on the surfaces.
+        Degrees of freedom of the chart in the layers, and those on the surfaces.
     value, slope : (n, m) float64
         Share of the epicardium in each layer, and its derivative by xi.
     whole : float

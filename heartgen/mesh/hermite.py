@@ -1,7 +1,8 @@
 """Cubic Hermite topology of a cup: a smooth wall with one of three kinds of apex.
 
 The degrees of freedom are a tensor product: a radial cubic Hermite line (value and slope at each of
-``radial + 1`` layers) times the space of a surface, which knows the apex (`heartgen.mesh.sheet`).
+``radial + 1`` layers) times the space of a surface, which knows the apex
+(`heartgen.mesh.surface_chart`).
 """
 
 from __future__ import annotations
@@ -13,17 +14,17 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
+from heartgen.mesh.apical_patch import patch_chart
 from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN
-from heartgen.mesh.grading import LINEAR, Grading, shares
+from heartgen.mesh.grading import LINEAR, Grading, blending_weights
 from heartgen.mesh.hexmesh import Topology
-from heartgen.mesh.patch import patch_sheet
-from heartgen.mesh.sheet import Angles, Sheet, collapsed_sheet, open_sheet
+from heartgen.mesh.surface_chart import Angles, SurfaceChart, collapsed_chart, open_chart
 from heartgen.options import Apex
 
 MIN_CIRCUMFERENTIAL = 3
 """Fewer elements around cannot carry the tangent plane of the pole."""
 
-RIM = "apex"
+RIM = "apical_rim"
 """Name of the surface through the wall around an apical hole."""
 
 
@@ -59,31 +60,31 @@ def cup_topology(
             f"elements {radial}x{around}x{along} cannot make a ventricle: use at least 1 radial, "
             f"{MIN_CIRCUMFERENTIAL} circumferential and 1 longitudinal element"
         )
-    sheet = sheet_of(apex, around, along)
-    ones = np.zeros(sheet.n)
-    ones[sheet.values] = 1
-    element = np.arange(radial * sheet.n_faces).reshape(radial, -1)
-    layer_nodes = int(sheet.nodes.max()) + 1
-    nodes = [sheet.nodes + layer_nodes * layer for layer in range(radial + 1)]
+    chart = chart_of(apex, around, along)
+    ones = np.zeros(chart.n)
+    ones[chart.values] = 1
+    element = np.arange(radial * chart.n_faces).reshape(radial, -1)
+    layer_nodes = int(chart.nodes.max()) + 1
+    nodes = [chart.nodes + layer_nodes * layer for layer in range(radial + 1)]
     return Topology(
-        extraction=tensor_extraction(line_extraction(radial), sheet.extraction),
+        extraction=tensor_extraction(line_extraction(radial), chart.extraction),
         shape=shape,
-        index=structure(radial, sheet),
+        index=structure(radial, chart),
         surfaces={
             "lv_endo": faces_of(element[0], 4),
             "epi": faces_of(element[-1], 5),
-            **ends(element, sheet, along),
+            **ends(element, chart, along),
         },
-        collapsed=faces_of(element[:, sheet.collapsed], 2),
+        collapsed=faces_of(element[:, chart.collapsed], 2),
         nodes=np.concatenate([np.hstack(pair) for pair in pairwise(nodes)]),
         constant=np.tile(np.concatenate([ones, 0 * ones]), radial + 1),
-        straightening=_straightening(radial, sheet, grading),
+        straightening=_straightening(radial, chart, grading),
     )
 
 
-def sheet_of(
+def chart_of(
     apex: Apex, around: int, along: int, angles: Angles | None = None, corner: int = 0
-) -> Sheet:
+) -> SurfaceChart:
     """Space of a surface with an apex of some kind.
 
     Parameters
@@ -98,17 +99,17 @@ def sheet_of(
 
     Returns
     -------
-    Sheet
+    SurfaceChart
     """
     if apex == "patch":
-        return patch_sheet(around, along, corner)
-    return open_sheet(around, along) if apex == "hole" else collapsed_sheet(around, along, angles)
+        return patch_chart(around, along, corner)
+    return open_chart(around, along) if apex == "hole" else collapsed_chart(around, along, angles)
 
 
-def structure(layers: int, sheet: Sheet) -> NDArray[np.intp]:
+def structure(layers: int, chart: SurfaceChart) -> NDArray[np.intp]:
     """Place (e, 3) of elements: (radial, circumferential, longitudinal)."""
-    layer = np.arange(layers).repeat(sheet.n_faces)
-    return np.column_stack([layer, np.tile(sheet.index, (layers, 1))])
+    layer = np.arange(layers).repeat(chart.n_faces)
+    return np.column_stack([layer, np.tile(chart.index, (layers, 1))])
 
 
 def faces_of(elements: NDArray[np.intp], face: int) -> NDArray[np.intp]:
@@ -116,11 +117,11 @@ def faces_of(elements: NDArray[np.intp], face: int) -> NDArray[np.intp]:
     return np.stack([elements.ravel(), np.full(elements.size, face)], -1)
 
 
-def ends(element: NDArray[np.intp], sheet: Sheet, along: int) -> dict[str, NDArray[np.intp]]:
-    """Surfaces across the wall, of the elements (layers, faces of the sheet)."""
-    out = {"base": faces_of(element[:, sheet.index[:, 1] == along - 1], 3)}
-    if len(sheet.rim):
-        out[RIM] = faces_of(element[:, sheet.rim], 2)
+def ends(element: NDArray[np.intp], chart: SurfaceChart, along: int) -> dict[str, NDArray[np.intp]]:
+    """Surfaces across the wall, of the elements (layers, faces of the chart)."""
+    out = {"base": faces_of(element[:, chart.index[:, 1] == along - 1], 3)}
+    if len(chart.rim):
+        out[RIM] = faces_of(element[:, chart.rim], 2)
     return out
 
 
@@ -155,16 +156,16 @@ def tensor_extraction(line: NDArray[np.float64], surface: sp.csr_array) -> sp.cs
     return sp.csr_array(flat[order.ravel()])
 
 
-def _straightening(radial: int, sheet: Sheet, grading: Grading) -> sp.csr_array:
+def _straightening(radial: int, chart: SurfaceChart, grading: Grading) -> sp.csr_array:
     """Straight across the whole wall: each layer follows from endo- and epicardium."""
-    n, xi = sheet.n, np.linspace(0, 1, radial + 1)
+    n, xi = chart.n, np.linspace(0, 1, radial + 1)
     dofs = np.arange(n)
     rows, columns, weights = (
         [dofs, 2 * radial * n + dofs],
         [dofs, 2 * radial * n + dofs],
         2 * [np.ones(n)],
     )
-    for target, source, value, slope, whole in shares(sheet, dofs, xi, grading):
+    for target, source, value, slope, whole in blending_weights(chart, dofs, xi, grading):
         for layer in range(radial + 1):
             parts = [
                 (whole - value[layer], value[layer]),

@@ -44,7 +44,7 @@ class Topology:
     constant : (n,) float64
         Degrees of freedom of the function 1.
     straightening : (n, n) sparse or None
-        Degrees of freedom after linearisation across the wall, from those before; None if the
+        Degrees of freedom after linearization across the wall, from those before; None if the
         topology does not know how its wall is to be straightened.
     parts : mapping of str to (m,) int
         Named regions: their elements.
@@ -55,7 +55,7 @@ class Topology:
         lattices of the elements.
     hermite : Topology or None
         The cubic Hermite topology that one of the Lagrange basis was made from.
-    joined : (n, 3) float64 or None
+    generic_dofs : (n, 3) float64 or None
         Degrees of freedom of size 1 under which elements meet where they are to meet, if not all do
         so: in files, each element may have derivatives of its own. None if all do.
     """
@@ -72,7 +72,7 @@ class Topology:
     patches: Mapping[str, NDArray[np.intp]] = field(default_factory=dict)
     basis: Literal["hermite", "lagrange"] = "hermite"
     hermite: Topology | None = field(default=None, repr=False)
-    joined: NDArray[np.float64] | None = field(default=None, repr=False)
+    generic_dofs: NDArray[np.float64] | None = field(default=None, repr=False)
 
     @property
     def n_elements(self) -> int:
@@ -194,7 +194,7 @@ class HexMesh:
         return self.with_dofs(self.dofs @ affine[:3, :3].T + shift)
 
     def lagrange_points(self) -> NDArray[np.float64]:
-        """Positions on the 4x4x4 lattice of each element, (e, 64, 3), xi1 fastest, mm, LPS.
+        """Positions at the 4x4x4 Lagrange nodes of each element, (e, 64, 3), xi1 fastest, mm, LPS.
 
         They are the cubic Lagrange coefficients of the very same geometry.
         """
@@ -208,7 +208,7 @@ class HexMesh:
         ----------
         like : Mask, or anything with its `voxels` and `affine`
         partial : bool
-            Give the share of each voxel that is in the mesh, not whether its centre is.
+            Give the share of each voxel that is in the mesh, not whether its center is.
 
         Returns
         -------
@@ -299,7 +299,7 @@ def _refine(topology: Topology, pieces: tuple[int, int, int]) -> Topology:
         index=index,
         surfaces={name: split_faces(f) for name, f in topology.surfaces.items()},
         collapsed=split_faces(topology.collapsed),
-        nodes=corner_nodes(extraction, topology.joined),
+        nodes=corner_nodes(extraction, topology.generic_dofs),
         parts={
             name: (n_cells * part[:, None] + np.arange(n_cells)).ravel()
             for name, part in topology.parts.items()

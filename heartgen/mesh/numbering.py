@@ -13,14 +13,14 @@ DIGITS = 9
 
 
 def corner_nodes(
-    extraction: sp.csr_array, joined: NDArray[np.float64] | None = None
+    extraction: sp.csr_array, generic_dofs: NDArray[np.float64] | None = None
 ) -> NDArray[np.intp]:
     """Number the corner nodes of elements.
 
     Parameters
     ----------
     extraction : (64 e, n) sparse
-    joined : (n, 3) float64, optional
+    generic_dofs : (n, 3) float64, optional
         See `heartgen.mesh.hexmesh.Topology`.
 
     Returns
@@ -32,8 +32,8 @@ def corner_nodes(
     corners = (ends[None, None, :] + ORDER * ends[None, :, None]).reshape(1, -1)
     corners = (corners + ORDER**2 * ends[:, None]).ravel()
     random = np.random.default_rng(0).standard_normal((extraction.shape[1], 3))
-    probe = random if joined is None else joined
-    places = np.asarray(extraction @ probe).reshape(-1, ORDER**3, 3)[:, corners].reshape(-1, 3)
+    dofs = random if generic_dofs is None else generic_dofs
+    places = np.asarray(extraction @ dofs).reshape(-1, ORDER**3, 3)[:, corners].reshape(-1, 3)
     _, first, number = np.unique(
         np.round(places, DIGITS), axis=0, return_index=True, return_inverse=True
     )

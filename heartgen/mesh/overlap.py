@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from heartgen.mesh.bernstein import DEGREE, ORDER
 from heartgen.mesh.flatness import meet_properly, one_to_one
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.pieces import apart, split, whole_faces
-from heartgen.mesh.surfaces import face_control
+from heartgen.mesh.subdivisions import apart, split, whole_faces
+from heartgen.mesh.surface_faces import face_control
 from heartgen.mesh.triangles import quads_cross
 
 Array: TypeAlias = NDArray[np.float64]
@@ -42,7 +42,8 @@ MOST_LEVELS = 9
 
 MOST_LOOKED_AT = 1_000_000
 """Pairs of pieces that are looked at, at most, of two faces: twenty times what any of 5 hearts'
-valid meshes needed. Of faces that nearly meet along a whole fold it cannot be told in reasonable time."""
+valid meshes needed. Of faces that nearly meet along a whole fold it cannot be told in reasonable
+time."""
 
 STACK = 256
 """Room for pairs that wait: 9 more for each level of a piece against itself, 6 for one of two."""

@@ -22,7 +22,7 @@ degrees of freedom would otherwise be nearly free."""
 
 @dataclass(frozen=True)
 class Projector:
-    """Factorised normal equations ``M q = b`` of one mesh.
+    """Factorized normal equations ``M q = b`` of one mesh.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Projector:
 def projector(mesh: HexMesh, n: tuple[int, int, int]) -> Projector:
     """Prepare the projection for a mesh.
 
-    Minimises ``int |x_h(xi) - f(xi)|^2 dV`` over the mesh (Lamata et al. 2011).
+    Minimizes ``int |x_h(xi) - f(xi)|^2 dV`` over the mesh (Lamata et al. 2011).
 
     Parameters
     ----------

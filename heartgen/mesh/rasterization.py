@@ -3,7 +3,7 @@
 The surface of the mesh is cut into triangles that lie closer to it than a small part of a voxel.
 Where a line of voxels enters the mesh through one of them and where it leaves it is found exactly,
 so that along these lines partial volumes are exact; across them, several lines a voxel are taken.
-Triangles share their corners bit for bit, and which of two neighbours has a line through their
+Triangles share their corners bit for bit, and which of two neighbors has a line through their
 common edge is decided in whole numbers: no line slips through.
 """
 
@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import InputError, MeshError
+from heartgen.mesh.connectivity import generic_mesh, merge_coincident
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.sharing import coincident, probe
-from heartgen.mesh.surfaces import tessellate
+from heartgen.mesh.surface_faces import tessellate
 
 FLATNESS = 0.02
 """Distance of triangles from the surface, over the size of a voxel, that is close enough."""
@@ -44,7 +44,7 @@ def rasterize(
     affine : (4, 4) float64
         Voxel index to world coordinates, mm, LPS.
     partial : bool
-        Give the share of each voxel that is in the mesh, not whether its centre is.
+        Give the share of each voxel that is in the mesh, not whether its center is.
 
     Returns
     -------
@@ -76,8 +76,8 @@ def _triangles(mesh: HexMesh, to_index: NDArray[np.float64]) -> NDArray[np.float
     while n < FINEST and _sag(mesh, faces, n, to_index) > FLATNESS:
         n *= 2
     points, quads = tessellate(mesh, faces, n)
-    places, _ = tessellate(probe(mesh.topology), faces, n)
-    number, first = coincident(places)
+    places, _ = tessellate(generic_mesh(mesh.topology), faces, n)
+    number, first = merge_coincident(places)
     corner = number[quads]
     triangles = np.concatenate([corner[:, [0, 1, 2]], corner[:, [0, 2, 3]]])
     triangles = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(1)]  # none at the pole

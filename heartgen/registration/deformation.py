@@ -31,7 +31,7 @@ class NodeGrid:
 
     @property
     def spacing(self) -> float:
-        """Distance between neighbouring nodes, mm."""
+        """Distance between neighboring nodes, mm."""
         return float(np.linalg.norm(self.frame[:3, 0]))
 
     @property

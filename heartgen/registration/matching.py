@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from heartgen.images.levelset import LevelSet
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.surfaces import sample_faces
+from heartgen.mesh.surface_faces import sample_faces
 from heartgen.registration.deformation import Deformation
 
 SAMPLES_PER_NODE = 2.0

@@ -1,10 +1,12 @@
-"""Image registration after ShIRT (paper, section 2.2; Barber et al. 2007), from coarse to fine.
+"""Registration of surfaces on ShIRT's node grids (paper, section 2.2; Barber et al. 2007).
 
-With f the patient's image, pulled back to the template by the current map, and m the template's, an
-update ``a`` of the displacement obeys ``m - f = grad f . a``. The displacement is trilinear on a
-grid of nodes; the update minimises the misfit plus the squared Laplacian of the displacement, by
-Gauss-Newton steps, shortened until they fold nothing. Where a fold stands in the way, the
-map is frozen and the next one continues from there: the result is a chain of fold-free maps.
+ShIRT compares the intensities of two images; here the signed distances of the labeled surfaces are
+compared, each surface of the template with its own of the patient. With f the patient's image,
+pulled back to the template by the current map, and m the template's, an update ``a`` of the
+displacement obeys ``m - f = grad f . a``. The displacement is trilinear on a grid of nodes; the
+update minimizes the misfit plus the squared Laplacian of the displacement, by Gauss-Newton steps,
+shortened until they fold nothing. Where a fold stands in the way, the map is frozen and the next
+one continues from there: the result is a chain of fold-free maps.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ VOXELS_PER_LENGTH = 75.0
 hearts and coarse images would otherwise lose their shape at the first levels."""
 
 SMOOTHNESS = (1.0, 2.0, 4.0, 8.0, 32.0)
-"""Weight of the Laplacian against the data in each pass, both normalised by their traces. The
+"""Weight of the Laplacian against the data in each pass, both normalized by their traces. The
 smallest detail it lets through is about spacing * weight^(1/4): 10, 9.5, 8.5, 6.7 and 4.8 voxels.
 With one weight for all passes the fine ones would follow the voxels' stairs."""
 
@@ -132,7 +134,7 @@ def register(
 
 
 def _grid(template: HexMesh, frame: NDArray[np.float64], spacing: float, voxel: float) -> NodeGrid:
-    """Node grid along the heart's axes around the template, centred on it."""
+    """Node grid along the heart's axes around the template, centered on it."""
     axes = frame[:3, :3]
     places = template.control.reshape(-1, 3) @ axes
     margin = MARGIN[0] * spacing + MARGIN[1] * voxel
@@ -147,7 +149,7 @@ def _grid(template: HexMesh, frame: NDArray[np.float64], spacing: float, voxel: 
 
 @dataclass(frozen=True)
 class _System:
-    """Regularised normal equations ``(T'WT + s L'L) a = -T'W f - s L'L u`` of one step."""
+    """Regularized normal equations ``(T'WT + s L'L) a = -T'W f - s L'L u`` of one step."""
 
     basis: sp.csr_array
     basis_t: sp.csr_array

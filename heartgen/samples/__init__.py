@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from heartgen.samples.biventricular import biv
-from heartgen.samples.catalogue import load, names
+from heartgen.samples.biv_phantom import biv
+from heartgen.samples.named import load, names
 from heartgen.samples.phantoms import ideal_cup, lifelike_lv
 from heartgen.samples.placement import Placement
-from heartgen.samples.right import RightVentricle
+from heartgen.samples.rv_truth import RightVentricle
 from heartgen.samples.sample import Sample
 from heartgen.samples.truth import Truth
 

@@ -13,8 +13,8 @@ from skimage.measure import find_contours
 
 from heartgen.errors import InputError
 from heartgen.samples.nearest import Curve, Surface
-from heartgen.samples.patch import Patch
 from heartgen.samples.region import Polar, Ruled, last_inside
+from heartgen.samples.surface_patch import Patch
 
 Array = NDArray[np.float64]
 Gap = Callable[[Array], Array]

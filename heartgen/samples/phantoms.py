@@ -10,15 +10,23 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heartgen.errors import InputError
+from heartgen.samples.lv_shape import (
+    Ellipsoid,
+    Lobe,
+    LvShape,
+    below_base,
+    depth,
+    straighten,
+    wall_point,
+)
 from heartgen.samples.placement import Placement
 from heartgen.samples.sample import Sample, make_sample
-from heartgen.samples.shape import Ellipsoid, Lobe, Shape, below_base, depth, straighten, wall_point
 
 Array = NDArray[np.float64]
 
 # Sizes of a normal adult left ventricle at end diastole (Lang et al. 2015, JASE 28:1-39): internal
 # diameter 42-58 mm, wall 6-10 mm; about 80-90 mm from base to apex in long-axis views.
-LIFELIKE = Shape(
+LIFELIKE = LvShape(
     endo=Ellipsoid(22.0, 60.0, (0.8, 0.3), (Lobe(2, 0.07, 0.4), Lobe(3, 0.035, 1.2))),
     epi=Ellipsoid(32.0, 65.0, (0.0, 0.0), (Lobe(2, 0.05, 0.5), Lobe(3, 0.025, 1.1))),
     base_height=20.0,
@@ -94,7 +102,7 @@ def ideal_cup(
             "An ideal cup needs a positive radius, length and wall, and a base_height between "
             f"-length and length; it got {radius}, {length}, {wall} and {base_height} mm."
         )
-    shape = Shape(
+    shape = LvShape(
         endo=Ellipsoid(radius, length),
         epi=Ellipsoid(radius + wall, length + wall),
         base_height=base_height,
@@ -158,7 +166,7 @@ def lifelike_lv(
     return make_sample(shape, inside, spacing, "lifelike left ventricle", text, **placement)
 
 
-def _wall(shape: Shape, points: Array) -> NDArray[np.bool_]:
+def _wall(shape: LvShape, points: Array) -> NDArray[np.bool_]:
     """Which points (n, 3), mm, heart frame, lie in the smooth wall, (n,)."""
     straight = straighten(shape, points)
     outside_cavity = depth(shape.endo, straight)[0] <= 0
@@ -167,20 +175,20 @@ def _wall(shape: Shape, points: Array) -> NDArray[np.bool_]:
     )
 
 
-def _papillary(shape: Shape, points: Array) -> NDArray[np.bool_]:
+def _papillary(shape: LvShape, points: Array) -> NDArray[np.bool_]:
     """Which points (n, 3), mm, heart frame, lie in a papillary muscle, rooted in the wall, (n,)."""
     straight = straighten(shape, points)
     near = np.zeros(len(points), dtype=np.bool_)
     for angle in PAPILLARY_ANGLES:
         root, tip = (_endo_point(shape, z, angle) for z in (PAPILLARY_ROOT, PAPILLARY_TIP))
-        centre = np.array([*shape.endo.centre, PAPILLARY_TIP])
-        axis = centre + PAPILLARY_AXIS * (tip - centre) - root
+        center = np.array([*shape.endo.center, PAPILLARY_TIP])
+        axis = center + PAPILLARY_AXIS * (tip - center) - root
         along = np.clip((straight - root) @ axis / (axis @ axis), 0, 1)
         near |= np.linalg.norm(straight - root - along[:, None] * axis, axis=1) < PAPILLARY_RADIUS
     return near
 
 
-def _trabeculae(shape: Shape, points: Array) -> NDArray[np.bool_]:
+def _trabeculae(shape: LvShape, points: Array) -> NDArray[np.bool_]:
     """Which points (n, 3), mm, heart frame, lie in a ridge on the apical endocardium, (n,)."""
     gap, polar, angle = depth(shape.endo, straighten(shape, points))
     start, end = TRABECULAR_RANGE
@@ -189,7 +197,7 @@ def _trabeculae(shape: Shape, points: Array) -> NDArray[np.bool_]:
     return np.asarray((gap > 0) & (gap < TRABECULAR_HEIGHT * window * ridge))
 
 
-def _endo_point(shape: Shape, height: float, angle: float) -> Array:
+def _endo_point(shape: LvShape, height: float, angle: float) -> Array:
     """Point (3,), mm, straight frame, of the endocardium at a height and angle."""
     polar = np.arccos(-height / shape.endo.length)
     return np.asarray(wall_point(shape.endo, polar * np.array([[np.cos(angle), np.sin(angle)]]))[0])

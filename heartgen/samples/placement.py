@@ -119,8 +119,8 @@ def make_grid(
 ) -> tuple[Array, tuple[int, int, int]]:
     """Voxel grid around points.
 
-    The voxel centres lie at odd multiples of half the spacing from the world's origin along each
-    index axis, so that flipping or permuting the axes leaves the set of voxel centres the same.
+    The voxel centers lie at odd multiples of half the spacing from the world's origin along each
+    index axis, so that flipping or permuting the axes leaves the set of voxel centers the same.
 
     Parameters
     ----------

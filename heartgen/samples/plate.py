@@ -25,7 +25,7 @@ class Plate:
 
     Attributes
     ----------
-    centre : (3,) float64, mm
+    center : (3,) float64, mm
         A point of its plane.
     axes : (3, 3) float64
         Columns: two unit vectors in the plane, and its normal.
@@ -37,7 +37,7 @@ class Plate:
         mm^2.
     """
 
-    centre: Array
+    center: Array
     axes: Array
     holds: Callable[[Array], NDArray[np.bool_]]
     rims: tuple[Curve, ...]
@@ -45,21 +45,21 @@ class Plate:
 
     def samples(self, n: int) -> tuple[Array, Array]:
         """Even samples (n, 3), mm, and the area (n,), mm^2, that each stands for."""
-        knots = np.concatenate([(rim.tree.data - self.centre) @ self.axes for rim in self.rims])
+        knots = np.concatenate([(rim.tree.data - self.center) @ self.axes for rim in self.rims])
         low, high = knots[:, :2].min(axis=0), knots[:, :2].max(axis=0)
         found = np.empty((0, 3))
         count = 0
         while len(found) < n:
             index = np.arange(count, count + DRAWN * n)[:, None]
             square = np.mod(1 / 2 + (index + 1) / PLASTIC ** np.array([1, 2]), 1)
-            points = self.centre + (low + square * (high - low)) @ self.axes[:, :2].T
+            points = self.center + (low + square * (high - low)) @ self.axes[:, :2].T
             found = np.concatenate([found, points[self.holds(points)]])
             count += DRAWN * n
         return found[:n], np.full(n, self.area / n)
 
     def distance(self, points: Array) -> Array:
         """Distance (n,), mm, from points (n, 3), mm."""
-        height = (points - self.centre) @ self.axes[:, 2]
+        height = (points - self.center) @ self.axes[:, 2]
         over = self.holds(points - height[:, None] * self.axes[:, 2])
         best = np.where(over, np.abs(height), np.inf)
         aside = np.flatnonzero(~over)

@@ -27,8 +27,8 @@ class Solid:
     ----------
     semi : (3,) tuple of float
         Semi-axes, mm.
-    centre : (3,) tuple of float
-        Centre, mm.
+    center : (3,) tuple of float
+        Center, mm.
     lean : float
         Turn about y, rad: its own z tips towards x.
     skew : float
@@ -36,7 +36,7 @@ class Solid:
     """
 
     semi: Triple
-    centre: Triple = (0.0, 0.0, 0.0)
+    center: Triple = (0.0, 0.0, 0.0)
     lean: float = 0.0
     skew: float = 0.0
 
@@ -46,12 +46,12 @@ class Solid:
         return np.asarray(Rotation.from_euler("yz", [self.lean, self.skew]).as_matrix())
 
     def own(self, points: Array) -> Array:
-        """Coordinates (n, 3), mm, along the own axes, from the centre."""
-        return np.asarray((points - np.asarray(self.centre)) @ self.axes)
+        """Coordinates (n, 3), mm, along the own axes, from the center."""
+        return np.asarray((points - np.asarray(self.center)) @ self.axes)
 
 
 def level(solid: Solid, points: Array) -> Array:
-    """Distance from the centre, (n,), as a share of the surface's in that direction."""
+    """Distance from the center, (n,), as a share of the surface's in that direction."""
     return np.asarray(np.linalg.norm(solid.own(points) / np.asarray(solid.semi), axis=1))
 
 
@@ -115,7 +115,7 @@ def shell_point(solid: Solid, offset: float, plane: Array) -> Array:
     unit = np.column_stack([np.sinc(polar / np.pi)[:, None] * plane, -np.cos(polar)])
     outward = unit / semi
     outward *= offset / np.linalg.norm(outward, axis=1, keepdims=True)
-    return np.asarray(solid.centre + (semi * unit + outward) @ solid.axes.T)
+    return np.asarray(solid.center + (semi * unit + outward) @ solid.axes.T)
 
 
 def lowest_point(solid: Solid, offset: float) -> Array:
@@ -123,4 +123,4 @@ def lowest_point(solid: Solid, offset: float) -> Array:
     down = -solid.axes[2]
     support = np.asarray(solid.semi) ** 2 * down
     own = support / np.sqrt(support @ down) + offset * down
-    return np.asarray(solid.centre + solid.axes @ own)
+    return np.asarray(solid.center + solid.axes @ own)

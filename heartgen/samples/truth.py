@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heartgen.errors import InputError
-from heartgen.samples.biventricle import BivShape
-from heartgen.samples.patch import Patch
+from heartgen.samples.biv_shape import BivShape
 from heartgen.samples.placement import Pose
 from heartgen.samples.plate import Plate
-from heartgen.samples.right import RightVentricle, right_ventricle
+from heartgen.samples.rv_truth import RightVentricle, right_ventricle
+from heartgen.samples.surface_patch import Patch
 
 Array = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ class Truth:
 
     Attributes
     ----------
-    shape : Shape or BivShape
+    shape : LvShape or BivShape
         The wall in the heart frame.
     pose : Pose
         Where it stands in the world.
@@ -102,13 +102,13 @@ class Truth:
 
         Returns
         -------
-        centre : (3,) float64, mm, world (LPS)
+        center : (3,) float64, mm, world (LPS)
             Where the long axis meets it.
         normal : (3,) float64
             Unit vector, away from the apex.
         """
-        centre, normal = self.shape.basal_plane
-        return self.pose.to_world(centre[None])[0], self.pose.rotation @ normal
+        center, normal = self.shape.basal_plane
+        return self.pose.to_world(center[None])[0], self.pose.rotation @ normal
 
     @property
     def rims(self) -> tuple[Array, ...]:

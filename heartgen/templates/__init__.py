@@ -1,4 +1,4 @@
-"""Templates: idealised ventricles tailored to the measurements of a patient."""
+"""Templates: idealized ventricles tailored to the measurements of a patient."""
 
 from heartgen.templates.biventricular import biventricular_template
 from heartgen.templates.lv import lv_template

@@ -1,7 +1,7 @@
 """The tailored template of both ventricles (paper, section 2.1, figure 2).
 
 The left ventricle's endocardium is a truncated ellipsoid fitted to its pool; rays across its wall
-tell the shape of the rest (`heartgen.templates.chart`).
+tell the shape of the rest (`heartgen.templates.biventricular_surface`).
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 
 from heartgen.anatomy import Anatomy
 from heartgen.errors import AnatomyError
-from heartgen.mesh.biventricular import biventricular_topology, patch_corner
-from heartgen.mesh.freedom import Freedom
-from heartgen.mesh.hermite import sheet_of
+from heartgen.mesh.biventricular_topology import biventricular_topology, patch_corner
+from heartgen.mesh.dof_map import DofMap
+from heartgen.mesh.hermite import chart_of
 from heartgen.mesh.hexmesh import HexMesh, Topology
 from heartgen.mesh.quadrature import gauss_square
 from heartgen.options import Apex
-from heartgen.templates.chart import Chart, fit_chart
-from heartgen.templates.disc import FACE_GAUSS, Disc, fit_disc, radius_of
+from heartgen.templates.biventricular_surface import BiventricularSurface, fit_biventricular_surface
 from heartgen.templates.ellipsoid import fit_ellipsoid
 from heartgen.templates.meridian import Meridians, best_meridians
+from heartgen.templates.patch_map import FACE_GAUSS, ApicalPatchMap, fit_patch_map, radius_of
 from heartgen.templates.rays import RayGrid, cast_rays
 from heartgen.templates.spacing import Spacing, best_spacing
 
@@ -76,37 +76,43 @@ def biventricular_template(
         # Over a patch, between the ventricles' different walls, rows of their own cost shear.
         spacing = best_spacing(shape, elements, graded, apex, hole, by_row=apex == "hole")
     grid = RayGrid(shape, spacing)
-    first_row = max(sheet_of(apex, around, along).first_row, 1)
-    hits = cast_rays(anatomy, grid)
-    chart = fit_chart(grid, hits, elements, anatomy.rv.wall_thickness, first_row)
-    topology = biventricular_topology(
-        elements, chart.opening, grid.spacing.grading, chart.pole_angles(), apex
+    first_row = max(chart_of(apex, around, along).first_row, 1)
+    intersections = cast_rays(anatomy, grid)
+    biventricle = fit_biventricular_surface(
+        grid, intersections, elements, anatomy.rv.wall_thickness, first_row
     )
-    disc = _laid_out(chart) if apex == "patch" else None
-    return _fit_surfaces(topology, chart, disc).transformed(anatomy.frame)
+    topology = biventricular_topology(
+        elements, biventricle.opening, grid.spacing.grading, biventricle.pole_angles(), apex
+    )
+    patch_map = _laid_out(biventricle) if apex == "patch" else None
+    return _fit_surfaces(topology, biventricle, patch_map).transformed(anatomy.frame)
 
 
-def _laid_out(chart: Chart) -> Disc:
+def _laid_out(biventricle: BiventricularSurface) -> ApicalPatchMap:
     """Faces of a square patch, laid out on a disc around which the columns are even."""
-    around, corner = chart.around, patch_corner(chart.opening, chart.around)
+    around, corner = biventricle.around, patch_corner(biventricle.opening, biventricle.around)
     per_column = 2 * np.pi / around
 
     def surface(angle: NDArray[np.float64], row: NDArray[np.float64]) -> NDArray[np.float64]:
-        endo, _, _, epi = chart.surfaces(angle / per_column % around, row)
+        endo, _, _, epi = biventricle.surfaces(angle / per_column % around, row)
         return (endo + epi) / 2
 
     def polar(row: NDArray[np.float64]) -> NDArray[np.float64]:
-        rays = np.asarray(chart.rows(row))
-        return (chart.grid.spacing.polar(0, rays) + chart.grid.spacing.polar(1, rays)) / 2
+        rays = np.asarray(biventricle.rows(row))
+        return (
+            biventricle.grid.spacing.polar(0, rays) + biventricle.grid.spacing.polar(1, rays)
+        ) / 2
 
-    sheet = sheet_of("patch", around, chart.along, corner=corner)
-    radius = radius_of(polar, chart.along)
-    return fit_disc(sheet, corner, lambda column: per_column * column, radius, surface)
+    chart = chart_of("patch", around, biventricle.along, corner=corner)
+    radius = radius_of(polar, biventricle.along)
+    return fit_patch_map(chart, corner, lambda column: per_column * column, radius, surface)
 
 
-def _fit_surfaces(topology: Topology, chart: Chart, disc: Disc | None) -> HexMesh:
-    """Least-squares fit of the surfaces' degrees of freedom to the chart."""
-    freedom = Freedom(topology)
+def _fit_surfaces(
+    topology: Topology, biventricle: BiventricularSurface, patch_map: ApicalPatchMap | None
+) -> HexMesh:
+    """Least-squares fit of the surfaces' degrees of freedom to the parametric ones."""
+    dof_map = DofMap(topology)
     uv, _ = gauss_square(FACE_GAUSS)
     parts = (
         topology.surfaces["lv_endo"],
@@ -118,16 +124,16 @@ def _fit_surfaces(topology: Topology, chart: Chart, disc: Disc | None) -> HexMes
     for which, faces in enumerate(parts):
         face, place = faces.repeat(len(uv), axis=0), np.tile(uv, (len(faces), 1))
         column, row = (topology.index[face[:, 0], 1:] + place).T
-        if disc is not None:
+        if patch_map is not None:
             # The patch, and the ring that leads to it, are not laid out in columns and rows.
-            angle, radius = (x[faces[:, 0] % len(x)].ravel() for x in disc.polar(uv))
+            angle, radius = (x[faces[:, 0] % len(x)].ravel() for x in patch_map.polar(uv))
             near = topology.index[face[:, 0], 2] < FIRST_EVEN_ROW
-            column = np.where(near, angle / (2 * np.pi) % 1 * chart.around, column)
+            column = np.where(near, angle / (2 * np.pi) % 1 * biventricle.around, column)
             row = np.where(near, radius, row)
-        rows.append(freedom.on_faces(face, place)[0])
-        values.append(chart.surfaces(column, row)[which])
+        rows.append(dof_map.on_faces(face, place)[0])
+        values.append(biventricle.surfaces(column, row)[which])
     basis = sp.csr_array(sp.vstack(rows))
     normal = sp.csc_array(basis.T @ basis)
-    normal = sp.csc_array(normal + SHIFT * normal.diagonal().max() * sp.eye_array(freedom.n))
+    normal = sp.csc_array(normal + SHIFT * normal.diagonal().max() * sp.eye_array(dof_map.n))
     q = spla.splu(normal).solve(np.asarray(basis.T @ np.concatenate(values)))
-    return HexMesh(np.asarray(freedom.straight @ q), topology)
+    return HexMesh(np.asarray(dof_map.straight @ q), topology)

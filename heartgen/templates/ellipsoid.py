@@ -57,14 +57,14 @@ class TruncatedEllipsoid:
     """Endo- and epicardium of a left ventricle as two truncated ellipsoids.
 
     Coordinates are those of the heart's frame: z from apex to base, base at z = 0. A surface point
-    is ``(centre + lean z + bend z^2 + section (cos t, sin t) w(p), -axis (cut + cos p))``, where
+    is ``(center + lean z + bend z^2 + section (cos t, sin t) w(p), -axis (cut + cos p))``, where
     ``p`` runs from 0 at the apex to the angle at which z = 0, and ``w = sin p (1 + taper cos p)``:
     an exact ellipsoid for taper 0, a more pointed apex below it. The endocardium of a pool that
     leaves this axis sways about it, too.
 
     Attributes
     ----------
-    centre : (2,) float64
+    center : (2,) float64
         Middle of the base, mm.
     lean : (2,) float64
         Sideways shift of the sections per mm of height.
@@ -85,7 +85,7 @@ class TruncatedEllipsoid:
         and powers of it.
     """
 
-    centre: NDArray[np.float64]
+    center: NDArray[np.float64]
     lean: NDArray[np.float64]
     section: NDArray[np.float64]
     axis: float
@@ -113,7 +113,7 @@ class TruncatedEllipsoid:
     def middle(self, depth: float) -> NDArray[np.float64]:
         """Middle of the sections at a depth: coefficients (5, 2) of the powers of the height."""
         out = (1 - depth) * self.sway
-        out[:3] += [self.centre, self.lean, self.bend]
+        out[:3] += [self.center, self.lean, self.bend]
         return np.asarray(out)
 
     def points(
@@ -153,7 +153,7 @@ def fit_ellipsoid(anatomy: Anatomy) -> TruncatedEllipsoid:
 
     def shape(p: NDArray[np.float64]) -> TruncatedEllipsoid:
         return TruncatedEllipsoid(
-            centre=r * p[0:2],
+            center=r * p[0:2],
             lean=p[2:4],
             section=r * _positive(p[4:7]),
             axis=length * p[7],

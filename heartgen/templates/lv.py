@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 
 from heartgen.anatomy import Anatomy
 from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN, bernstein
-from heartgen.mesh.hermite import cup_topology, sheet_of
+from heartgen.mesh.hermite import chart_of, cup_topology
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.quadrature import gauss, gauss_square
-from heartgen.mesh.sheet import Sheet
+from heartgen.mesh.surface_chart import SurfaceChart
 from heartgen.options import Apex
-from heartgen.templates.disc import FACE_GAUSS, Fit, fit_disc, radius_of
 from heartgen.templates.ellipsoid import TruncatedEllipsoid, fit_ellipsoid
 from heartgen.templates.meridian import Meridians, best_meridians
+from heartgen.templates.patch_map import FACE_GAUSS, Fit, fit_patch_map, radius_of
 from heartgen.templates.spacing import Spacing, best_spacing
 
 MIDDLE = 0.5
@@ -81,15 +81,15 @@ def ellipsoid_mesh(
     HexMesh
     """
     radial, around, along = elements
-    sheet = sheet_of(apex, around, along)
+    chart = chart_of(apex, around, along)
     if apex == "patch":
         spacing = best_spacing(shape, elements, graded, apex, by_row=True)
         grading = spacing.grading
-        endo, epi = _laid_out(shape, spacing, sheet)
+        endo, epi = _laid_out(shape, spacing, chart)
     else:
         meridians = best_meridians(shape, elements, graded, apex, hole)
         grading = meridians.grading
-        endo, epi = (_surface(shape, meridians, depth, sheet) for depth in (0, 1))
+        endo, epi = (_surface(shape, meridians, depth, chart) for depth in (0, 1))
     topology = cup_topology(elements, grading, apex)
     dofs = np.zeros((radial + 1, 2, *endo.shape))
     dofs[0, 0], dofs[-1, 0] = endo, epi
@@ -97,7 +97,7 @@ def ellipsoid_mesh(
 
 
 def _laid_out(
-    shape: TruncatedEllipsoid, spacing: Spacing, sheet: Sheet
+    shape: TruncatedEllipsoid, spacing: Spacing, chart: SurfaceChart
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Degrees of freedom of endo- and epicardium whose faces are laid out on a disc."""
 
@@ -108,12 +108,12 @@ def _laid_out(
         return shape.points(angle, polar(row), MIDDLE)
 
     def even(column: NDArray[np.float64]) -> NDArray[np.float64]:
-        return 2 * np.pi * column / sheet.around
+        return 2 * np.pi * column / chart.around
 
-    disc = fit_disc(sheet, 0, even, radius_of(polar, spacing.rows), surface)
+    patch_map = fit_patch_map(chart, 0, even, radius_of(polar, spacing.rows), surface)
     uv, _ = gauss_square(FACE_GAUSS)
-    angle, row = (x.ravel() for x in disc.polar(uv))
-    fit = Fit(sheet, uv)
+    angle, row = (x.ravel() for x in patch_map.polar(uv))
+    fit = Fit(chart, uv)
     endo, epi = (
         fit.dofs(shape.points(angle, spacing.polar(depth, row), depth)) for depth in (0, 1)
     )
@@ -121,26 +121,26 @@ def _laid_out(
 
 
 def _surface(
-    shape: TruncatedEllipsoid, meridians: Meridians, depth: int, sheet: Sheet
+    shape: TruncatedEllipsoid, meridians: Meridians, depth: int, chart: SurfaceChart
 ) -> NDArray[np.float64]:
     """Degrees of freedom of one surface with a pole or a hole."""
     section, _, _ = shape.semi_axes(depth)
     unit = section / np.sqrt(np.linalg.det(section))
-    around, first = sheet.around, sheet.first_row
+    around, first = chart.around, chart.first_row
     step = 2 * np.pi / around
     angle = np.linspace(0, 2 * np.pi, around, endpoint=False)
     ring = np.stack([np.cos(angle), np.sin(angle)], -1) @ unit.T
     turn = CHORD * np.tan(step / CHORD) * np.stack([-np.sin(angle), np.cos(angle)], -1) @ unit.T
     meridian = meridians.dofs[depth]
-    centre = _centre_line(shape.middle(depth), meridian[..., 1], level=first == 1)
+    center = _center_line(shape.middle(depth), meridian[..., 1], level=first == 1)
     rows = []
     if first == 1:
-        pole = np.concatenate([centre[0, 0], meridian[0, 0, 1:]])
+        pole = np.concatenate([center[0, 0], meridian[0, 0, 1:]])
         tangents = np.concatenate([meridian[0, 1, 0] * unit.T, np.zeros((2, 1))], axis=1)
         rows = [pole[None], tangents]
     flat = np.zeros((around, 1))
     for (middle, drift), ((radius, z), (widening, dz)) in zip(
-        centre[first:], meridian[first:], strict=True
+        center[first:], meridian[first:], strict=True
     ):
         value = np.c_[middle + radius * ring, flat + z]
         d_around = np.c_[radius * turn, flat]
@@ -150,7 +150,7 @@ def _surface(
     return np.concatenate(rows)
 
 
-def _centre_line(
+def _center_line(
     middle: NDArray[np.float64], height: NDArray[np.float64], level: bool
 ) -> NDArray[np.float64]:
     """Value and slope (rows + 1, 2, 2) of the middle of the sections, from those of their height.

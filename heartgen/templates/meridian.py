@@ -45,7 +45,7 @@ TOLERABLE = 0.3
 whatever one does, and the others shall not suffer to make it a little less."""
 
 EVENNESS = 0.1
-"""Weight of the difference between neighbouring rows' lengths, over their mean."""
+"""Weight of the difference between neighboring rows' lengths, over their mean."""
 
 STEADINESS = 0.01
 """Weight of the change of the grading from row to row."""

@@ -52,7 +52,7 @@ class RayGrid:
 
 
 @dataclass(frozen=True)
-class Hits:
+class RayIntersections:
     """What a grid of rays meets.
 
     Attributes
@@ -90,7 +90,7 @@ class Hits:
         miss = self.miss[row]
 
         def between(outside: int, inside: int) -> float:
-            """Where the miss changes sign between two neighbouring rays, in rays."""
+            """Where the miss changes sign between two neighboring rays, in rays."""
             a, b = miss[outside % turn], miss[inside % turn]
             return outside + float(a / (a - b)) * (inside - outside)
 
@@ -101,7 +101,7 @@ class Hits:
         return float(low - turns), float(high - turns)
 
 
-def cast_rays(anatomy: Anatomy, grid: RayGrid) -> Hits:
+def cast_rays(anatomy: Anatomy, grid: RayGrid) -> RayIntersections:
     """Cast rays through the patient's images.
 
     Parameters
@@ -112,7 +112,7 @@ def cast_rays(anatomy: Anatomy, grid: RayGrid) -> Hits:
 
     Returns
     -------
-    Hits
+    RayIntersections
     """
     along = grid.spacing.rows
     angle = 2 * np.pi * np.arange(AROUND) / AROUND - np.pi
@@ -128,7 +128,7 @@ def cast_rays(anatomy: Anatomy, grid: RayGrid) -> Hits:
     beyond = np.maximum.accumulate(solid > 0, axis=1)
     pool = np.where(beyond, np.maximum(pool, reach), pool)
     shape = (len(row), AROUND)
-    return Hits(
+    return RayIntersections(
         angle=angle,
         row=row,
         heart=np.nan_to_num(_crossing(s, solid), nan=s[-1]).reshape(shape),

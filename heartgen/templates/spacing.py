@@ -1,4 +1,4 @@
-"""Where the rows of elements lie along the wall: the parametrisation with the best elements.
+"""Where the rows of elements lie along the wall: the parametrization with the best elements.
 
 det J of a cup grows with the distance from the apex, so that evenly spaced rows have a poor
 Jacobian ratio near it, and it grows from endo- to epicardium. Rows and their spacing within each
@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, least_squares
 
 from heartgen.errors import InputError
+from heartgen.mesh.apical_patch import SIDES
 from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN, bernstein, bernstein_derivative
 from heartgen.mesh.grading import LINEAR, Grading, RowGrading, depth, depth_by_row
 from heartgen.mesh.jacobian import QUALITY_GAUSS
-from heartgen.mesh.patch import SIDES
 from heartgen.mesh.quadrature import gauss
 from heartgen.options import Apex
 from heartgen.templates.ellipsoid import TruncatedEllipsoid
@@ -31,7 +31,7 @@ SQUARENESS = 0.5
 """Weight of the cosine between radial and longitudinal lines against the spread of log det J."""
 
 EVENNESS = 0.05
-"""Weight of the difference between neighbouring rows: keeps the problem determined."""
+"""Weight of the difference between neighboring rows: keeps the problem determined."""
 
 WIDEST_HOLE = 0.4
 """Polar angle of the widest hole over that of the base."""

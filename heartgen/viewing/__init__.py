@@ -1,4 +1,4 @@
-"""Pictures of a personalisation: the 3-D view, slices of the mask, and a page with the report.
+"""Pictures of a personalization: the 3-D view, slices of the mask, and a page with the report.
 
 Each is loaded when it is first used, so that slices do not wait for VTK, nor the other way round.
 """
@@ -9,16 +9,17 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from heartgen.errors import needing
+from heartgen.renamed import keep_former_names
 
 if TYPE_CHECKING:
-    from heartgen.viewing.fibres import plot_fibres
+    from heartgen.viewing.fiber_glyphs import plot_fibers
     from heartgen.viewing.fields import plot_field
     from heartgen.viewing.figures import draw_histograms, draw_tradeoff
     from heartgen.viewing.motion import compare_html
     from heartgen.viewing.page import view_html
     from heartgen.viewing.rendering import render
     from heartgen.viewing.scene import plot
-    from heartgen.viewing.slices import draw_slices
+    from heartgen.viewing.slice_views import draw_slices
     from heartgen.viewing.stages import draw_mesh, draw_stages
 
 __all__ = [
@@ -29,7 +30,7 @@ __all__ = [
     "draw_stages",
     "draw_tradeoff",
     "plot",
-    "plot_fibres",
+    "plot_fibers",
     "plot_field",
     "render",
     "view_html",
@@ -39,11 +40,11 @@ _HOMES = {
     "compare_html": "heartgen.viewing.motion",
     "draw_histograms": "heartgen.viewing.figures",
     "draw_mesh": "heartgen.viewing.stages",
-    "draw_slices": "heartgen.viewing.slices",
+    "draw_slices": "heartgen.viewing.slice_views",
     "draw_stages": "heartgen.viewing.stages",
     "draw_tradeoff": "heartgen.viewing.figures",
     "plot": "heartgen.viewing.scene",
-    "plot_fibres": "heartgen.viewing.fibres",
+    "plot_fibers": "heartgen.viewing.fiber_glyphs",
     "plot_field": "heartgen.viewing.fields",
     "render": "heartgen.viewing.rendering",
     "view_html": "heartgen.viewing.page",
@@ -56,3 +57,6 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'heartgen.viewing' has no attribute {name!r}")
     with needing("pictures need", "plot"):
         return getattr(import_module(_HOMES[name]), name)
+
+
+keep_former_names(__name__)

@@ -17,7 +17,7 @@ SURFACE_NAMES = {
     "rv_apex": "RV apex",
     "epi": "epicardium",
     "base": "base",
-    "apex": "apical hole",
+    "apical_rim": "apical hole",
 }
 """What the named surfaces of a mesh are called in print."""
 
@@ -32,7 +32,7 @@ COUNTED_FROM = {
 """How it is known where the septum is."""
 
 DIGITS = 3
-"""Significant digits of a measurement: hundredths of a millimetre in a heart of 100 mm."""
+"""Significant digits of a measurement: hundredths of a millimeter in a heart of 100 mm."""
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,9 @@ class Verdict:
     Attributes
     ----------
     level : {"good", "doubtful", "bad"}
-        Success; valid but not a success by the paper's rule; not valid.
+        Success; valid but not a success by our rule; not valid.
     text : str
-        One clause that says why.
+        `heartgen.report.Report.status`.
     """
 
     level: Literal["good", "doubtful", "bad"]
@@ -60,18 +60,10 @@ class Section:
 
 
 def verdict(report: Report) -> Verdict:
-    """Judge a result: by its validity, then by our rule of success."""
+    """The status of a result, and how it is to be colored."""
     if not report.quality.valid:
-        return Verdict("bad", f"not valid: {report.quality.faults}")
-    if report.shortcomings:
-        by_paper = " (it is one by the paper's rule)" if report.paper_success else ""
-        reasons = "; ".join(report.shortcomings)
-        return Verdict("doubtful", f"valid, but not a success{by_paper}: {reasons}")
-    return Verdict(
-        "good",
-        f"success: valid everywhere, all of the heart covered, error below the diagonal of a "
-        f"{report.grain} ({number(report.pixel_diagonal)} mm), quality above {QUALITY_THRESHOLD}",
-    )
+        return Verdict("bad", report.status)
+    return Verdict("good" if report.success else "doubtful", report.status)
 
 
 def _raw(raw: float | None) -> tuple[tuple[str, str], ...]:
@@ -105,14 +97,14 @@ def sections(report: Report) -> tuple[Section, ...]:
                 ("at 2, 3 Gauss points", ", ".join(f"{q.by_gauss[n]:.3f}" for n in "23")),
                 ("Jacobian ratio, least", f"{q.min:.3f}"),
                 ("mean before enhancement", f"{report.unenhanced_quality:.3f}"),
-                ("mean before refinement", f"{report.unrefined_quality:.3f}"),
+                ("mean before optimization", f"{report.unoptimized_quality:.3f}"),
                 ("scaled Jacobian, mean", f"{q.scaled_mean:.3f}"),
                 ("scaled Jacobian, least", f"{q.scaled_min:.3f}"),
                 (f"elements below {QUALITY_THRESHOLD}", f"{q.below_threshold:.0%}"),
                 ("validity", "proven" if q.valid else q.faults),
             ),
         ),
-        _lines(report.fairness, report.unrefined_fairness),
+        _lines(report.fairness, report.unoptimized_fairness),
         Section(
             "Left ventricle",
             (
@@ -143,10 +135,10 @@ def _lines(f: Fairness, before: Fairness) -> Section:
     rows = [
         ("wriggle around, median", degrees(f.circumferential_median)),
         ("wriggle around, worst", degrees(f.circumferential_max)),
-        ("median before refinement", degrees(before.circumferential_median)),
+        ("median before optimization", degrees(before.circumferential_median)),
         ("wriggle along, median", degrees(f.longitudinal_median)),
         ("wriggle along, worst", degrees(f.longitudinal_max)),
-        ("median before refinement", degrees(before.longitudinal_median)),
+        ("median before optimization", degrees(before.longitudinal_median)),
     ]
     if f.normal_mean is not None and f.normal_p95 is not None:
         rows += [

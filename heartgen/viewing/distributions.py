@@ -18,7 +18,7 @@ BOXES, BARS = (8.4, 3.6), (9.6, 2.7)
 """Of the pictures, inches."""
 
 BLUE, ORANGE, INK = "#0072b2", "#d55e00", "#26303b"
-"""Palette of Okabe and Ito (2008), safe for the colour-blind."""
+"""Palette of Okabe and Ito (2008), safe for the color-blind."""
 
 WIDTH, SPREAD = 0.5, 0.12
 """Of a box and of the points in it, where 1 is the distance between boxes."""

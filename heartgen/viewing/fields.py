@@ -15,7 +15,13 @@ from heartgen.errors import InputError
 from heartgen.fields import HeartAxes, heart_axes, make_fields
 from heartgen.fields.segments import NO_SEGMENT, SEGMENTS, segments_of_elements
 from heartgen.mesh import HexMesh
-from heartgen.mesh.surfaces import evaluate_faces
+from heartgen.mesh.surface_faces import evaluate_faces
+from heartgen.renamed import takes_former_keywords
+from heartgen.viewing.polydata import (
+    SUBDIVISION,
+    mesh_surface,
+    on_surface,
+)
 from heartgen.viewing.scene import (
     DARK,
     MESH,
@@ -25,19 +31,14 @@ from heartgen.viewing.scene import (
     look_at,
     require_graphics,
 )
-from heartgen.viewing.surfaces import (
-    SUBDIVISION,
-    mesh_surface,
-    on_surface,
-)
 
 Array = NDArray[np.float64]
 
-SEGMENT_COLOURS = ("#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7")
+SEGMENT_COLORS = ("#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7")
 """Palette of Okabe and Ito (2008): six around each level, and the apex."""
 
 TURN = (0, 2, 0)
-"""Colours by which each level is turned, from the base, so that neighbours differ."""
+"""Colors by which each level is turned, from the base, so that neighbors differ."""
 
 AROUND = 6
 """Segments around the wall, at the basal and mid levels."""
@@ -47,7 +48,7 @@ RAISED = 0.02
 
 
 @dataclass(frozen=True)
-class Look:
+class FieldStyle:
     """How a field is shown.
 
     Attributes
@@ -57,8 +58,8 @@ class Look:
     of : str
         Name under which `heartgen.fields.make_fields` makes it.
     title : str
-    colours : str
-        A map of matplotlib that the colour-blind can read.
+    colors : str
+        A map of matplotlib that the color-blind can read.
     limits : (float, float) or None
         Ends of the scale; those of the field if None.
     """
@@ -66,26 +67,29 @@ class Look:
     field: str
     of: str
     title: str
-    colours: str
+    colors: str
     limits: tuple[float, float] | None
 
 
-LOOKS = {
-    "transmural": Look("transmural", "coordinates", "depth in the wall", "cividis", (0, 1)),
-    "longitudinal": Look("longitudinal", "coordinates", "apex to base", "viridis", (0, 1)),
-    "circumferential": Look(
+FIELD_STYLES = {
+    "transmural": FieldStyle("transmural", "coordinates", "depth in the wall", "cividis", (0, 1)),
+    "longitudinal": FieldStyle("longitudinal", "coordinates", "apex to base", "viridis", (0, 1)),
+    "circumferential": FieldStyle(
         "circumferential", "coordinates", "angle from the septum (rad)", "twilight", (-np.pi, np.pi)
     ),
-    "thickness": Look("wall thickness", "thickness", "thickness of the wall (mm)", "viridis", None),
+    "thickness": FieldStyle(
+        "wall thickness", "thickness", "thickness of the wall (mm)", "viridis", None
+    ),
 }
 """Scalar fields by the word that asks for them."""
 
 
+@takes_former_keywords
 def plot_field(
     mesh: HexMesh,
     color: str,
     *,
-    septum: Sequence[float] | None = None,
+    septal_direction: Sequence[float] | None = None,
     screenshot: str | Path | None = None,
     window_size: tuple[int, int] = (900, 900),
 ) -> pv.Plotter:
@@ -95,8 +99,8 @@ def plot_field(
     ----------
     mesh : HexMesh
     color : str
-        One of `LOOKS`, or ``"aha"``.
-    septum : (3,) float, optional
+        One of `FIELD_STYLES`, or ``"aha"``.
+    septal_direction : (3,) float, optional
         Direction from the left ventricle to the septum, see `heartgen.fields.heart_axes`.
     screenshot : path, optional
         Write a picture there (PNG); otherwise the scene is made, to be shown or changed further.
@@ -110,29 +114,31 @@ def plot_field(
     Raises
     ------
     InputError
-        If there is no such colouring.
+        If there is no such coloring.
     HeartgenError
         If a picture is asked for where there is no graphics library.
     """
-    if color != "aha" and color not in LOOKS:
-        raise InputError(f"colouring {color!r} is not known: choose {', '.join(LOOKS)} or aha")
+    if color != "aha" and color not in FIELD_STYLES:
+        raise InputError(
+            f"coloring {color!r} is not known: choose {', '.join(FIELD_STYLES)} or aha"
+        )
     plotter: Any = empty_scene(window_size)
-    axes = heart_axes(mesh, septum)
+    axes = heart_axes(mesh, septal_direction)
     if color == "aha":
         add_segments(plotter, mesh, axes)
     else:
-        add_scalars(plotter, mesh, LOOKS[color], septum)
+        add_scalars(plotter, mesh, FIELD_STYLES[color], septal_direction)
     add_edges(plotter, mesh)
     look_at(plotter, mesh, frame_of(axes))
     return finished(plotter, screenshot)
 
 
-def segment_colour(segment: int) -> str:
-    """Colour of an AHA segment: neighbours differ, around and from level to level."""
+def segment_color(segment: int) -> str:
+    """Color of an AHA segment: neighbors differ, around and from level to level."""
     if segment == NO_SEGMENT:
         return MESH
     level, place = divmod(segment - 1, AROUND)
-    return SEGMENT_COLOURS[(place + TURN[level]) % AROUND if segment < max(SEGMENTS) else -1]
+    return SEGMENT_COLORS[(place + TURN[level]) % AROUND if segment < max(SEGMENTS) else -1]
 
 
 def empty_scene(window_size: tuple[int, int], **options: Any) -> pv.Plotter:
@@ -162,12 +168,15 @@ def frame_of(axes: HeartAxes) -> Array:
 def add_scalars(
     plotter: Any,
     mesh: HexMesh,
-    look: Look,
-    septum: Sequence[float] | None = None,
+    look: FieldStyle,
+    septal_direction: Sequence[float] | None = None,
     key: bool = True,
 ) -> None:
-    """The surface coloured by a scalar field, with the key."""
-    made = {field.name: field for field in make_fields(mesh, [look.of], septum=septum)}
+    """The surface colored by a scalar field, with the key."""
+    made = {
+        field.name: field
+        for field in make_fields(mesh, [look.of], septal_direction=septal_direction)
+    }
     surface = mesh_surface(mesh)
     values = on_surface(made[look.field], mesh.topology)[:, 0]
     surface.point_data[look.field] = values.astype(np.float32)
@@ -175,7 +184,7 @@ def add_scalars(
     plotter.add_mesh(
         surface,
         scalars=look.field,
-        cmap=look.colours,
+        cmap=look.colors,
         clim=look.limits,
         scalar_bar_args=bar,
         show_scalar_bar=key,
@@ -184,12 +193,12 @@ def add_scalars(
 
 
 def add_segments(plotter: Any, mesh: HexMesh, axes: HeartAxes) -> None:
-    """The surface coloured by the segments of the elements, with their numbers."""
+    """The surface colored by the segments of the elements, with their numbers."""
     surface, faces = mesh_surface(mesh), mesh.topology.external
     segment = segments_of_elements(mesh, axes)[faces[:, 0]]
-    colours = np.array([pv.Color(segment_colour(int(s))).int_rgb for s in segment])
-    surface.cell_data["colour"] = np.repeat(colours, SUBDIVISION**2, axis=0).astype(np.uint8)
-    plotter.add_mesh(surface, scalars="colour", rgb=True, **SURFACE_LOOK)
+    colors = np.array([pv.Color(segment_color(int(s))).int_rgb for s in segment])
+    surface.cell_data["color"] = np.repeat(colors, SUBDIVISION**2, axis=0).astype(np.uint8)
+    plotter.add_mesh(surface, scalars="color", rgb=True, **SURFACE_LOOK)
     numbers = _numbers(mesh, segments_of_elements(mesh, axes))
     plotter.add_point_labels(
         np.array(list(numbers.values())),

@@ -28,7 +28,7 @@ SIZE = (9.6, 2.9)
 BINS = 30
 
 BLUE, ORANGE, INK = "#0072b2", "#d55e00", "#26303b"
-"""Palette of Okabe and Ito (2008), safe for the colour-blind."""
+"""Palette of Okabe and Ito (2008), safe for the color-blind."""
 
 BEYOND = 99.5
 """Percentile of the error at which its histogram ends."""

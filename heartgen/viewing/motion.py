@@ -15,9 +15,9 @@ from heartgen.fields import heart_axes
 from heartgen.mesh import HexMesh
 from heartgen.viewing.fields import empty_scene, frame_of
 from heartgen.viewing.page import fill_page, scene_page, section_table
+from heartgen.viewing.polydata import mesh_surface
 from heartgen.viewing.scene import DARK, SURFACE_LOOK, add_edges, look_at
 from heartgen.viewing.states import changes, headline, states
-from heartgen.viewing.surfaces import mesh_surface
 
 LARGE, SMALL = "#56b4e9", "#d55e00"
 """Of the states with the largest and the smallest cavity (palette of Okabe and Ito, 2008)."""
@@ -68,8 +68,8 @@ def compare_html(
         made=html.escape(f"heartgen {__version__} · {len(meshes)} states"),
         large=html.escape(large),
         small=html.escape(small),
-        large_colour=LARGE,
-        small_colour=SMALL,
+        large_color=LARGE,
+        small_color=SMALL,
         heads="".join(f"<th>{html.escape(state)}</th>" for state in table.names),
         rows="\n".join(_row(*row) for row in table.rows),
     )

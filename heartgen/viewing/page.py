@@ -28,21 +28,21 @@ from trame_vtk.tools.vtksz2html import write_html  # type: ignore[import-untyped
 
 from heartgen.formats import write_text
 from heartgen.viewing.card import Section, sections, verdict
-from heartgen.viewing.scene import MASK, Scale, colour_scale, plot
+from heartgen.viewing.scene import MASK, Scale, color_scale, plot
 
 if TYPE_CHECKING:
     from heartgen.pipeline import Personalization
     from heartgen.report import Report
 
 STOPS = 12
-"""Colours of the key between which a browser interpolates; the maps are smooth."""
+"""Colors of the key between which a browser interpolates; the maps are smooth."""
 
 DEPTH = 1
 """Where the serializers are to start counting."""
 
 
 def view_html(result: Personalization, path: str | Path) -> Path:
-    """Write a page with the report and the mesh over the mask, coloured by the error.
+    """Write a page with the report and the mesh over the mask, colored by the error.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def view_html(result: Personalization, path: str | Path) -> Path:
     HeartgenError
         If it cannot be written.
     """
-    scale = colour_scale("error")
+    scale = color_scale("error")
     plotter: Any = plot(result, color="error", off_screen=True)
     plotter.remove_scalar_bar()
     scene = scene_page(plotter)
@@ -94,7 +94,7 @@ def _fields(report: Report, scale: Scale) -> dict[str, str]:
         "key_low": f"{low:g}",
         "key_middle": f"{(low + high) / 2:g}",
         "key_high": f"{high:g} or more",
-        "mask_colour": MASK,
+        "mask_color": MASK,
         "made": html.escape(
             f"heartgen {report.versions['heartgen']} · level of detail {report.options['lod']} · "
             f"{radial} × {circumferential} × {longitudinal} elements"
@@ -112,9 +112,9 @@ def section_table(section: Section) -> str:
 
 
 def gradient(scale: Scale) -> str:
-    """Colours of a scale, from its lower end on, as a page takes them."""
-    colours = matplotlib.colormaps[scale.colours]
-    return ", ".join(to_hex(colours(i / (STOPS - 1))) for i in range(STOPS))
+    """Colors of a scale, from its lower end on, as a page takes them."""
+    colors = matplotlib.colormaps[scale.colors]
+    return ", ".join(to_hex(colors(i / (STOPS - 1))) for i in range(STOPS))
 
 
 def scene_page(plotter: pv.Plotter) -> str:

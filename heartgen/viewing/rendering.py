@@ -1,4 +1,4 @@
-"""Publication pictures: a row for each colouring, a column for each view (paper, figs. 4 to 11)."""
+"""Publication pictures: a row for each coloring, a column for each view (paper, figs. 4 to 11)."""
 
 from __future__ import annotations
 
@@ -8,21 +8,23 @@ from typing import TYPE_CHECKING, Any
 
 import pyvista as pv
 
-from heartgen.anatomy import Anatomy, analyse
+from heartgen.anatomy import Anatomy, analyze
 from heartgen.errors import InputError
 from heartgen.fields import heart_axes
 from heartgen.images.levelset import LevelSet
 from heartgen.images.mask import Mask
 from heartgen.mesh import HexMesh
-from heartgen.viewing.fibres import DEPTHS, add_fibres
+from heartgen.renamed import new_word, takes_former_keywords
+from heartgen.viewing.fiber_glyphs import DEPTHS, add_fibers
 from heartgen.viewing.fields import (
-    LOOKS,
+    FIELD_STYLES,
     add_scalars,
     add_segments,
     empty_scene,
     finished,
     frame_of,
 )
+from heartgen.viewing.polydata import MAX_TRIANGLES, mask_surface, mesh_surface
 from heartgen.viewing.scene import (
     AZIMUTH,
     DARK,
@@ -35,7 +37,6 @@ from heartgen.viewing.scene import (
     add_surface,
     look_at,
 )
-from heartgen.viewing.surfaces import MAX_TRIANGLES, mask_surface, mesh_surface
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -53,12 +54,12 @@ VIEWS = {
 it, from which one looks."""
 
 PLAIN = ("plain", "overlay", "change", "error", "quality", "region", "aha")
-FIBRES = {
-    f"fibres-{name}": depth for name, depth in zip(("endo", "mid", "epi"), DEPTHS, strict=True)
+FIBERS = {
+    f"fibers-{name}": depth for name, depth in zip(("endo", "mid", "epi"), DEPTHS, strict=True)
 }
-"""Fibres as glyphs, at one of `heartgen.viewing.fibres.DEPTHS`."""
+"""Fibers as glyphs, at one of `heartgen.viewing.fiber_glyphs.DEPTHS`."""
 
-COLOURS = (*PLAIN, *LOOKS, *FIBRES)
+COLORS = (*PLAIN, *FIELD_STYLES, *FIBERS)
 """What can be shown. ``overlay`` is the mask in red over the mesh (paper, figures 4 and 11);
 ``change`` another mesh in red over this one in green (figure 7)."""
 
@@ -67,7 +68,7 @@ NEEDS_MASK = frozenset({"overlay", "error"})
 
 WHITE, RED, GREEN = "#f4f4f2", "#d55e00", "#009e73"
 """Of this mesh, of what is compared with it, and of this mesh beside another: red and green that
-the colour-blind tell apart (palette of Okabe and Ito, 2008)."""
+the color-blind tell apart (palette of Okabe and Ito, 2008)."""
 
 
 ROOM = 0.88
@@ -77,41 +78,42 @@ PANEL = 700
 """Pixels of a panel's edge."""
 
 
+@takes_former_keywords
 def render(
     mesh: HexMesh,
     screenshot: str | Path | None = None,
     *,
-    colours: Sequence[str] = ("region",),
+    colors: Sequence[str] = ("region",),
     views: Sequence[str] = ("oblique",),
     mask: Mask | Anatomy | None = None,
     other: HexMesh | None = None,
-    septum: Sequence[float] | None = None,
+    septal_direction: Sequence[float] | None = None,
     edges: bool = True,
     error_limit: float = ERROR_LIMIT,
     panel: int = PANEL,
 ) -> pv.Plotter:
-    """Draw a mesh for print, as many pictures in one as there are colourings and views.
+    """Draw a mesh for print, as many pictures in one as there are colorings and views.
 
     Parameters
     ----------
     mesh : HexMesh
     screenshot : path, optional
         Write a picture there (PNG); otherwise the scene is made, to be shown or changed further.
-    colours : sequence of str
-        Of `COLOURS`, a row each.
+    colors : sequence of str
+        Of `COLORS`, a row each.
     views : sequence of str
         Of `VIEWS`, a column each.
     mask : Mask or Anatomy, optional
-        What the mesh was fitted to, for ``overlay`` and ``error``. A mask is analysed under the
+        What the mesh was fitted to, for ``overlay`` and ``error``. A mask is analyzed under the
         usual options; under others, the surface fitted may be another: give the anatomy.
     other : HexMesh, optional
         For ``change``.
-    septum : (3,) float, optional
+    septal_direction : (3,) float, optional
         Direction from the left ventricle to the septum, see `heartgen.fields.heart_axes`.
     edges : bool
-        Draw the edges of the elements, but for fibres.
+        Draw the edges of the elements, but for fibers.
     error_limit : float
-        Distance at the end of the colour scale, mm.
+        Distance at the end of the color scale, mm.
     panel : int
         Pixels of the edge of each picture.
 
@@ -122,23 +124,24 @@ def render(
     Raises
     ------
     InputError
-        If a colouring or view is not known, or what a colouring needs is missing.
+        If a coloring or view is not known, or what a coloring needs is missing.
     HeartgenError
         If a picture is asked for where there is no graphics library.
     """
-    _check(colours, views, mask, other)
-    level = None if NEEDS_MASK.isdisjoint(colours) else _level(mask)
-    shape = (len(colours), len(views))
+    colors = [new_word(color) for color in colors]
+    _check(colors, views, mask, other)
+    level = None if NEEDS_MASK.isdisjoint(colors) else _level(mask)
+    shape = (len(colors), len(views))
     size = (panel * shape[1], panel * shape[0])
     plotter: Any = empty_scene(size, shape=shape, border=False)
-    axes = heart_axes(mesh, septum)
-    for row, colour in enumerate(colours):
-        add = _adder(mesh, colour, level, other, septum, error_limit)
+    axes = heart_axes(mesh, septal_direction)
+    for row, color in enumerate(colors):
+        add = _adder(mesh, color, level, other, septal_direction, error_limit)
         for column, view in enumerate(views):
             plotter.subplot(row, column)
             add(plotter, column == len(views) // 2)
-            if edges and colour not in FIBRES:
-                add_edges(plotter, mesh, LIGHT if colour == "error" else DARK)
+            if edges and color not in FIBERS:
+                add_edges(plotter, mesh, LIGHT if color == "error" else DARK)
             if len(views) > 1 and row == 0:
                 _name(plotter, view)
             look_at(plotter, mesh, frame_of(axes), *VIEWS[view])
@@ -147,55 +150,57 @@ def render(
 
 
 def _check(
-    colours: Sequence[str],
+    colors: Sequence[str],
     views: Sequence[str],
     mask: Mask | Anatomy | None,
     other: HexMesh | None,
 ) -> None:
     """Refuse what cannot be drawn."""
-    for kind, asked, known in (("colouring", colours, COLOURS), ("view", views, tuple(VIEWS))):
+    for kind, asked, known in (("coloring", colors, COLORS), ("view", views, tuple(VIEWS))):
         if not asked:
             raise InputError(f"no {kind} was asked for: choose among {', '.join(known)}")
         for word in asked:
             if word not in known:
                 raise InputError(f"{kind} {word!r} is not known: choose among {', '.join(known)}")
-    for colour in colours:
-        if colour in NEEDS_MASK and mask is None:
-            raise InputError(f"colouring {colour} needs the mask the mesh was fitted to: add it")
-        if colour == "change" and other is None:
-            raise InputError("colouring change needs another mesh to compare with: add it")
+    for color in colors:
+        if color in NEEDS_MASK and mask is None:
+            raise InputError(f"coloring {color} needs the mask the mesh was fitted to: add it")
+        if color == "change" and other is None:
+            raise InputError("coloring change needs another mesh to compare with: add it")
 
 
 def _level(mask: Mask | Anatomy | None) -> LevelSet | None:
     """Level function of the surface that a mesh is fitted to."""
-    anatomy = analyse(mask) if isinstance(mask, Mask) else mask
+    anatomy = analyze(mask) if isinstance(mask, Mask) else mask
     return None if anatomy is None else anatomy.myocardium
 
 
 def _adder(
     mesh: HexMesh,
-    colour: str,
+    color: str,
     level: LevelSet | None,
     other: HexMesh | None,
-    septum: Sequence[float] | None,
+    septal_direction: Sequence[float] | None,
     error_limit: float,
 ) -> Callable[[Any, bool], None]:
-    """What adds the surfaces of a row to a panel, with or without the key of their colours."""
-    if colour in LOOKS:
-        return lambda plotter, key: add_scalars(plotter, mesh, LOOKS[colour], septum, key)
-    if colour in FIBRES:
-        return lambda plotter, key: add_fibres(plotter, mesh, FIBRES[colour], key=key)
-    if colour == "aha":
-        axes = heart_axes(mesh, septum)
+    """What adds the surfaces of a row to a panel, with or without the key of their colors."""
+    if color in FIELD_STYLES:
+        return lambda plotter, key: add_scalars(
+            plotter, mesh, FIELD_STYLES[color], septal_direction, key
+        )
+    if color in FIBERS:
+        return lambda plotter, key: add_fibers(plotter, mesh, FIBERS[color], key=key)
+    if color == "aha":
+        axes = heart_axes(mesh, septal_direction)
         return lambda plotter, key: add_segments(plotter, mesh, axes)
-    if colour in ("error", "quality", "region"):
-        known: Any = colour
+    if color in ("error", "quality", "region"):
+        known: Any = color
         return lambda plotter, key: add_surface(plotter, mesh, known, level, error_limit, key)
     surface = mesh_surface(mesh)
     layers: list[tuple[pv.PolyData, str]] = [(surface, WHITE)]
-    if colour == "overlay" and level is not None:
+    if color == "overlay" and level is not None:
         layers.append((mask_surface(level, MAX_TRIANGLES), RED))
-    if colour == "change" and other is not None:
+    if color == "change" and other is not None:
         layers = [(surface, GREEN), (mesh_surface(other), RED)]
 
     def add(plotter: Any, _: bool) -> None:

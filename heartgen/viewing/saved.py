@@ -9,6 +9,7 @@ import numpy as np
 import pyvista as pv
 
 from heartgen.anatomy import Anatomy
+from heartgen.viewing.polydata import mask_surface, to_mask, to_surface
 from heartgen.viewing.scene import (
     EDGE_RADIUS,
     ERROR_LIMIT,
@@ -19,9 +20,8 @@ from heartgen.viewing.scene import (
     TUBE_SIDES,
     VIEW_ANGLE,
     camera_around,
-    colour_scale,
+    color_scale,
 )
-from heartgen.viewing.surfaces import mask_surface, to_mask, to_surface
 
 SUBDIVISION = 2
 """Halvings of a curved cell's edge for the picture: 4 flat pieces."""
@@ -31,7 +31,7 @@ TRIANGLES = 15_000
 
 
 def plot_saved(mesh: Path, anatomy: Anatomy) -> Any:
-    """Make the scene of `heartgen.viewing.plot` of a mesh that was written, coloured by the error.
+    """Make the scene of `heartgen.viewing.plot` of a mesh that was written, colored by the error.
 
     Parameters
     ----------
@@ -55,11 +55,11 @@ def plot_saved(mesh: Path, anatomy: Anatomy) -> Any:
     with pv.vtk_verbosity("off"):  # that there is no screen is no news
         plotter: Any = pv.Plotter(off_screen=True)
     plotter.set_background("white")
-    scale = colour_scale("error")
+    scale = color_scale("error")
     plotter.add_mesh(
         lean,
         scalars="error",
-        cmap=scale.colours,
+        cmap=scale.colors,
         clim=scale.limits,
         show_scalar_bar=False,
         name="mesh",
@@ -72,8 +72,8 @@ def plot_saved(mesh: Path, anatomy: Anatomy) -> Any:
     plotter.add_mesh(tubes, color=LIGHT, name="edges")
     _add_mask(plotter, anatomy, lean)
     frame = anatomy.frame[:3, :3]
-    eye, centre = camera_around(anatomy.to_heart(points))
-    place = anatomy.to_world(np.stack([centre, eye]))
+    eye, center = camera_around(anatomy.to_heart(points))
+    place = anatomy.to_world(np.stack([center, eye]))
     plotter.camera.focal_point, plotter.camera.position = place
     plotter.camera.up = frame[:, 2]
     plotter.camera.view_angle = VIEW_ANGLE
@@ -87,6 +87,6 @@ def _add_mask(plotter: Any, anatomy: Anatomy, surface: pv.PolyData) -> None:
     rgba = np.empty((shown.n_points, 4), dtype=np.uint8)
     rgba[:, :3] = pv.Color(MASK).int_rgb
     rgba[:, 3] = np.round(255 * MASK_OPACITY * np.clip(away / ERROR_LIMIT, 0, 1))
-    shown.point_data["colour"] = rgba
-    actor = plotter.add_mesh(shown, scalars="colour", rgb=True, smooth_shading=True, name="mask")
+    shown.point_data["color"] = rgba
+    actor = plotter.add_mesh(shown, scalars="color", rgb=True, smooth_shading=True, name="mask")
     actor.ForceTranslucentOn()

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from heartgen.errors import HeartgenError, InputError
 from heartgen.mesh import HexMesh
 from heartgen.viewing.card import SURFACE_NAMES
-from heartgen.viewing.surfaces import (
+from heartgen.viewing.polydata import (
     MAX_TRIANGLES,
     mask_surface,
     mesh_edges,
@@ -28,19 +28,19 @@ if TYPE_CHECKING:
     from heartgen.pipeline import Personalization
 
 Array = NDArray[np.float64]
-Colour = Literal["error", "quality", "region"]
+Color = Literal["error", "quality", "region"]
 
 ERROR_LIMIT = 1.0
-"""Distance at the end of the colour scale, mm (paper, figure 5)."""
+"""Distance at the end of the color scale, mm (paper, figure 5)."""
 
-REGION_COLOURS = {
+REGION_COLORS = {
     "lv_endo": "#d55e00",
     "rv_endo": "#e69f00",
     "epi": "#56b4e9",
     "base": "#009e73",
-    "apex": "#cc79a7",
+    "apical_rim": "#cc79a7",
 }
-"""Of the surfaces (palette of Okabe and Ito, 2008: safe for the colour-blind)."""
+"""Of the surfaces (palette of Okabe and Ito, 2008: safe for the color-blind)."""
 
 MESH, MASK, DARK, LIGHT = "#d8dce2", "#e4572e", "#26303b", "#eef1f4"
 
@@ -97,22 +97,22 @@ FILL = 1.05
 
 @dataclass(frozen=True)
 class Scale:
-    """A colour scale.
+    """A color scale.
 
     Attributes
     ----------
     title : str
-    colours : str
+    colors : str
         A perceptually uniform map of matplotlib.
     limits : (float, float)
     """
 
     title: str
-    colours: Literal["viridis", "cividis"]
+    colors: Literal["viridis", "cividis"]
     limits: tuple[float, float]
 
 
-def colour_scale(color: str, error_limit: float = ERROR_LIMIT) -> Scale:
+def color_scale(color: str, error_limit: float = ERROR_LIMIT) -> Scale:
     """Scale of a quantity: ``"error"`` in mm up to a limit, or ``"quality"``."""
     if color == "error":
         return Scale("distance to the mask (mm)", "viridis", (0.0, error_limit))
@@ -122,7 +122,7 @@ def colour_scale(color: str, error_limit: float = ERROR_LIMIT) -> Scale:
 def plot(
     result: Personalization,
     *,
-    color: Colour | None = "error",
+    color: Color | None = "error",
     mask: bool = True,
     edges: bool = True,
     error_limit: float = ERROR_LIMIT,
@@ -137,13 +137,13 @@ def plot(
     result : Personalization
     color : {"error", "quality", "region"} or None
         Distance to the mask's surface, Jacobian ratio of each element, surface of the mesh, or one
-        colour for all.
+        color for all.
     mask : bool
         Show the mask's surface, translucent.
     edges : bool
         Show the edges of the elements.
     error_limit : float
-        Distance at the end of the colour scale, mm.
+        Distance at the end of the color scale, mm.
     off_screen : bool
         Open no window: the scene is made, to be exported or changed further.
     screenshot : path, optional
@@ -158,12 +158,12 @@ def plot(
     Raises
     ------
     InputError
-        If there is no such colouring.
+        If there is no such coloring.
     HeartgenError
         If a picture is asked for where there is no graphics library.
     """
     if color not in ("error", "quality", "region", None):
-        raise InputError(f"colouring {color!r} is not known: choose error, quality or region")
+        raise InputError(f"coloring {color!r} is not known: choose error, quality or region")
     with pv.vtk_verbosity("off"):  # that there is no screen is no news
         plotter: Any = pv.Plotter(
             off_screen=off_screen or screenshot is not None, window_size=list(window_size)
@@ -202,12 +202,12 @@ def require_graphics(plotter: Any) -> None:
 def add_surface(
     plotter: Any,
     mesh: HexMesh,
-    color: Colour | None,
+    color: Color | None,
     myocardium: LevelSet | None = None,
     error_limit: float = ERROR_LIMIT,
     key: bool = True,
 ) -> None:
-    """Add the surface of a mesh in its colours, with their key.
+    """Add the surface of a mesh in its colors, with their key.
 
     Parameters
     ----------
@@ -218,9 +218,9 @@ def add_surface(
     myocardium : LevelSet, optional
         Zero on the surface of the mask; needed for the error.
     error_limit : float
-        Distance at the end of the colour scale, mm.
+        Distance at the end of the color scale, mm.
     key : bool
-        Show what the colours mean.
+        Show what the colors mean.
     """
     surface = mesh_surface(mesh)
     look: Any = {**SURFACE_LOOK, "name": "mesh"}
@@ -228,23 +228,23 @@ def add_surface(
         plotter.add_mesh(surface, color=MESH, **look)
     elif color == "region":
         names = list(mesh.topology.surfaces)
-        colours = np.array([pv.Color(REGION_COLOURS[name]).int_rgb for name in names])
-        surface.cell_data["colour"] = colours[surface["region"]].astype(np.uint8)
-        plotter.add_mesh(surface, scalars="colour", rgb=True, **look)
+        colors = np.array([pv.Color(REGION_COLORS[name]).int_rgb for name in names])
+        surface.cell_data["color"] = colors[surface["region"]].astype(np.uint8)
+        plotter.add_mesh(surface, scalars="color", rgb=True, **look)
         if key:
-            labels = [[SURFACE_NAMES[name], REGION_COLOURS[name]] for name in names]
+            labels = [[SURFACE_NAMES[name], REGION_COLORS[name]] for name in names]
             plotter.add_legend(labels=labels, face="rectangle", **LEGEND)
     else:
         if color == "error":
             assert myocardium is not None
             error = to_mask(surface.points, myocardium)
             surface.point_data["error"] = error.astype(np.float32)
-        scale = colour_scale(color, error_limit)
+        scale = color_scale(color, error_limit)
         bar: Any = {"title": f"{scale.title}\n", "color": DARK, **SCALAR_BAR}
         plotter.add_mesh(
             surface,
             scalars=color,
-            cmap=scale.colours,
+            cmap=scale.colors,
             clim=scale.limits,
             scalar_bar_args=bar,
             show_scalar_bar=key,
@@ -252,12 +252,12 @@ def add_surface(
         )
 
 
-def add_edges(plotter: Any, mesh: HexMesh, colour: str = DARK) -> None:
+def add_edges(plotter: Any, mesh: HexMesh, color: str = DARK) -> None:
     """Add the edges of the elements on the surface of a mesh, as tubes."""
     lines = mesh_edges(mesh)
     radius = EDGE_RADIUS * float(np.ptp(lines.points, axis=0).max())
     tubes = lines.tube(radius=radius, n_sides=TUBE_SIDES)
-    plotter.add_mesh(tubes, color=colour, smooth_shading=True, name="edges")
+    plotter.add_mesh(tubes, color=color, smooth_shading=True, name="edges")
 
 
 def _add_mask(plotter: pv.Plotter, result: Personalization, error_limit: float) -> None:
@@ -267,8 +267,8 @@ def _add_mask(plotter: pv.Plotter, result: Personalization, error_limit: float) 
     rgba = np.empty((surface.n_points, 4), dtype=np.uint8)
     rgba[:, :3] = pv.Color(MASK).int_rgb
     rgba[:, 3] = np.round(255 * MASK_OPACITY * share)
-    surface.point_data["colour"] = rgba
-    actor = plotter.add_mesh(surface, scalars="colour", rgb=True, smooth_shading=True, name="mask")
+    surface.point_data["color"] = rgba
+    actor = plotter.add_mesh(surface, scalars="color", rgb=True, smooth_shading=True, name="mask")
     actor.ForceTranslucentOn()
 
 
@@ -286,16 +286,16 @@ def camera_around(
 
     Returns
     -------
-    eye, centre : (3,) float64
+    eye, center : (3,) float64
         Where the camera is, and what it looks at.
     """
-    centre = (points.min(0) + points.max(0)) / 2
-    radius = float(np.linalg.norm(points - centre, axis=1).max())
+    center = (points.min(0) + points.max(0)) / 2
+    radius = float(np.linalg.norm(points - center, axis=1).max())
     around, above = np.radians([azimuth, elevation])
     towards = np.array(
         [np.cos(around) * np.cos(above), np.sin(around) * np.cos(above), np.sin(above)]
     )
-    return centre + FILL * radius / np.sin(np.radians(VIEW_ANGLE / 2)) * towards, centre
+    return center + FILL * radius / np.sin(np.radians(VIEW_ANGLE / 2)) * towards, center
 
 
 def _place_camera(plotter: pv.Plotter, result: Personalization) -> None:
@@ -323,8 +323,8 @@ def look_at(
     """
     rotation, origin = frame[:3, :3], frame[:3, 3]
     points = (mesh.lagrange_points().reshape(-1, 3) - origin) @ rotation
-    eye, centre = camera_around(points, azimuth, elevation)
-    place = np.stack([centre, eye]) @ rotation.T + origin
+    eye, center = camera_around(points, azimuth, elevation)
+    place = np.stack([center, eye]) @ rotation.T + origin
     plotter.camera.focal_point = place[0]
     plotter.camera.position = place[1]
     plotter.camera.up = rotation[:, 1 if abs(elevation) == UPRIGHT else 2]

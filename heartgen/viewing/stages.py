@@ -20,8 +20,8 @@ from heartgen.images import Mask
 from heartgen.images.isosurface import isosurface
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import jacobian_ratio
-from heartgen.viewing.slices import EPI, SLICES, SliceView, draw_section, slice_view
-from heartgen.viewing.surfaces import element_faces, mesh_surface
+from heartgen.viewing.polydata import element_faces, mesh_surface
+from heartgen.viewing.slice_views import EPI, SLICES, SliceView, draw_section, slice_view
 
 if TYPE_CHECKING:
     from heartgen.pipeline import Personalization
@@ -70,15 +70,15 @@ STAGES = (
     ),
     Stage("warped", "Warped", "The cubic mesh that follows the deformation", lambda r: r.warped),
     Stage("enhanced", "Enhanced", "Straight across the wall", lambda r: r.enhanced),
-    Stage("refined", "Refined", "The result", lambda r: r.mesh),
+    Stage("optimized", "Optimized", "The result", lambda r: r.mesh),
 )
 
 
 def stages_of(result: Personalization) -> tuple[Stage, ...]:
     """Stages that a result went through."""
     skipped = set()
-    if not result.options.refine:
-        skipped.add("refined")
+    if not result.options.optimize:
+        skipped.add("optimized")
     if not result.options.enhance:
         skipped.add("enhanced")
     return tuple(stage for stage in STAGES if stage.key not in skipped)
@@ -161,7 +161,7 @@ def _draw_cut(axes: Axes, surface: pv.PolyData, view: SliceView) -> None:
     """The lines in which the slice cuts a surface."""
     turn, shift = view.frame[:3, :3], view.frame[:3, 3]
     across = 3 - LONG_AXIS.across - LONG_AXIS.up
-    cut = surface.slice(normal=turn[:, across], origin=turn @ view.centre + shift)
+    cut = surface.slice(normal=turn[:, across], origin=turn @ view.center + shift)
     points = (np.asarray(cut.points, dtype=float) - shift) @ turn
     flat = points[:, [LONG_AXIS.across, LONG_AXIS.up]]
     lines = flat[cut.lines.reshape(-1, 3)[:, 1:]]

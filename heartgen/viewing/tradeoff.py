@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 SQUARE, WIDE = (5.0, 3.6), (7.5, 4.2)
 """Of the picture of one curve, and of several with their key, inches."""
 
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#26303b")
-"""Palette of Okabe and Ito (2008), safe for the colour-blind."""
+COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#26303b")
+"""Palette of Okabe and Ito (2008), safe for the color-blind."""
 
 MARKERS = "osD^vP*"
 
@@ -70,11 +70,11 @@ def draw_curves(
     figure = Figure(figsize=WIDE if several else SQUARE, layout="constrained", facecolor="white")
     axes = figure.subplots()
     for n, (name, points) in enumerate(curves.items()):
-        colour = COLOURS[n % len(COLOURS)]
+        color = COLORS[n % len(COLORS)]
         at = [p.error for p in points], [p.quality for p in points]
-        axes.plot(*at, marker=MARKERS[n % len(MARKERS)], color=colour, label=name, zorder=2)
+        axes.plot(*at, marker=MARKERS[n % len(MARKERS)], color=color, label=name, zorder=2)
         for p in points:
-            bars: Any = {"color": colour, "alpha": FAINT, "linewidth": 1.0, "zorder": 1}
+            bars: Any = {"color": color, "alpha": FAINT, "linewidth": 1.0, "zorder": 1}
             if p.errors is not None:
                 axes.plot(p.errors, (p.quality, p.quality), **bars)
             if p.qualities is not None:
@@ -85,7 +85,7 @@ def draw_curves(
                 xytext=(6, 5),
                 textcoords="offset points",
                 fontsize="small",
-                color=colour if several else "black",
+                color=color if several else "black",
             )
     axes.axhline(QUALITY_THRESHOLD, color=LIMIT, linestyle="--", linewidth=1.2)
     axes.set(xlabel="mean error (mm)", ylabel="mean quality Q", title=title)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heartgen import samples
-from heartgen.anatomy import analyse
+from heartgen.anatomy import analyze
 from heartgen.anatomy.hull import convex_hull
 from heartgen.errors import AnatomyError
 from heartgen.images import Mask
@@ -20,10 +20,10 @@ from heartgen.images.levelset import signed_distance
 @given(seed=st.integers(0, 1000), spacing=st.sampled_from([1.5, 2.0]))
 def test_cup_in_any_orientation(seed: int, spacing: float) -> None:
     sample = samples.ideal_cup(spacing, rotation=seed)
-    found = analyse(sample.mask)
-    centre, normal = sample.truth.basal_plane
+    found = analyze(sample.mask)
+    center, normal = sample.truth.basal_plane
     assert np.degrees(np.arccos(min(1.0, float(found.frame[:3, 2] @ normal)))) < 3
-    assert abs(found.base.plane.height(centre[None])[0]) < 0.5 * spacing
+    assert abs(found.base.plane.height(center[None])[0]) < 0.5 * spacing
     assert found.length == pytest.approx(80, abs=1.2 * spacing)
     assert found.wall_thickness == pytest.approx(10, abs=0.6 * spacing)
     assert found.pool_volume == pytest.approx(sample.truth.cavity_volume, rel=0.03)
@@ -33,13 +33,13 @@ def test_cup_in_any_orientation(seed: int, spacing: float) -> None:
 
 def test_tilted_base_is_found() -> None:
     sample = samples.load("tilted")
-    found = analyse(sample.mask)
+    found = analyze(sample.mask)
     _, normal = sample.truth.basal_plane
     assert np.degrees(np.arccos(float(found.frame[:3, 2] @ normal))) < 3
 
 
 def test_frame_is_right_handed_and_orthonormal() -> None:
-    axes = analyse(samples.lifelike_lv(2.0, rotation=3).mask).frame[:3, :3]
+    axes = analyze(samples.lifelike_lv(2.0, rotation=3).mask).frame[:3, :3]
     assert np.abs(axes.T @ axes - np.eye(3)).max() < 1e-12
     assert np.linalg.det(axes) == pytest.approx(1)
 
@@ -83,7 +83,7 @@ def plate() -> np.ndarray:
 )
 def test_what_is_no_left_ventricle_is_named(voxels: np.ndarray, words: str) -> None:
     with pytest.raises(AnatomyError, match=words):
-        analyse(Mask(voxels, np.eye(4)), ventricles="lv")
+        analyze(Mask(voxels, np.eye(4)), ventricles="lv")
 
 
 def test_pin_hole_is_closed_and_reported() -> None:
@@ -96,7 +96,7 @@ def test_pin_hole_is_closed_and_reported() -> None:
     column = voxels[tuple(tunnel)].copy()
     voxels[tuple(tunnel)] = False
     assert column.any()
-    found = analyse(Mask(voxels, sample.mask.affine))
+    found = analyze(Mask(voxels, sample.mask.affine))
     assert "leaks" in {f.check for f in found.findings}
     assert found.length == pytest.approx(80, abs=2.5)
 
@@ -107,7 +107,7 @@ def test_a_missing_apex_is_told_with_size_and_place() -> None:
     height = (sample.mask.to_world(np.argwhere(voxels).astype(float)) - sample.truth.apex) @ up
     lowest = np.argwhere(voxels)[height < 14]  # the endocardium ends 10 mm above the epicardium
     voxels[tuple(lowest.T)] = False
-    found = analyse(Mask(voxels, sample.mask.affine))
+    found = analyze(Mask(voxels, sample.mask.affine))
     (told,) = [f for f in found.findings if f.check == "leaks" and f.serious]
     assert "open over" in told.message
     assert "below the base" in told.message
@@ -133,15 +133,15 @@ def test_signed_distance_of_a_ball() -> None:
     spacing = np.array([0.8, 1.0, 1.3])
     affine = np.diag([*spacing, 1.0])
     grid = np.stack(np.meshgrid(*[np.arange(n) for n in (70, 60, 50)], indexing="ij"), -1) * spacing
-    centre = np.array([27.3, 29.1, 31.7])
-    r = np.linalg.norm(grid - centre, axis=-1)
+    center = np.array([27.3, 29.1, 31.7])
+    r = np.linalg.norm(grid - center, axis=-1)
     level = signed_distance(r < 18, affine)
     near = np.abs(r - 18) < 5
     assert np.abs(level.values - (r - 18))[near].mean() < 0.15
-    points = centre + 16 * np.array([[1.0, 0, 0], [0, -1, 0], [0.6, 0, 0.8]])
+    points = center + 16 * np.array([[1.0, 0, 0], [0, -1, 0], [0.6, 0, 0.8]])
     value, slope = level.sample(points)
     assert np.abs(value + 2).max() < 0.4
-    assert (np.einsum("nx,nx->n", slope, (points - centre) / 16) > 0.95).all()
+    assert (np.einsum("nx,nx->n", slope, (points - center) / 16) > 0.95).all()
 
 
 def test_distance_continues_outside_the_grid() -> None:
@@ -156,13 +156,13 @@ def test_tube_open_at_both_ends_is_refused() -> None:
     r = np.linalg.norm(grid[..., :2], axis=-1)
     tube = (r < 24) & (r > 15) & (np.abs(grid[..., 2]) < 26)
     with pytest.raises(AnatomyError, match="open at both ends"):
-        analyse(Mask(tube, np.eye(4)))
+        analyze(Mask(tube, np.eye(4)))
 
 
 @pytest.mark.slow
 def test_papillary_muscles_belong_to_the_pool() -> None:
     sample = samples.load("papillary")
-    found = analyse(sample.mask)
+    found = analyze(sample.mask)
     assert found.pool_volume == pytest.approx(sample.truth.cavity_volume, rel=0.04)
-    clean = analyse(samples.load("lifelike").mask)
+    clean = analyze(samples.load("lifelike").mask)
     assert "papillary muscles" not in {f.check for f in clean.findings}

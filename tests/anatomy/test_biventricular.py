@@ -11,33 +11,33 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from heartgen import samples
-from heartgen.anatomy import analyse
+from heartgen.anatomy import analyze
 from heartgen.errors import AnatomyError
 from heartgen.images import Mask, read_mask
 
 LEFT, WALL = np.array([24.0, 24.0, 70.0]), 10.0
 """Semi-axes of the left pool, and its wall, mm."""
 
-RIGHT, THIN, CENTRE = np.array([30.0, 34.0, 58.0]), 4.0, np.array([32.0, 0.0, 0.0])
+RIGHT, THIN, CENTER = np.array([30.0, 34.0, 58.0]), 4.0, np.array([32.0, 0.0, 0.0])
 """Semi-axes of the right ventricle's ellipsoid, its wall, mm, and where it lies."""
 
 
-def within(points: np.ndarray, axes: np.ndarray, centre: np.ndarray | float = 0.0) -> np.ndarray:
+def within(points: np.ndarray, axes: np.ndarray, center: np.ndarray | float = 0.0) -> np.ndarray:
     """Whether points lie in an ellipsoid."""
-    return np.asarray((((points - centre) / axes) ** 2).sum(-1) < 1)
+    return np.asarray((((points - center) / axes) ** 2).sum(-1) < 1)
 
 
 def pools(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Whether points of the heart's frame lie in the left and in the right pool."""
-    right = within(points, RIGHT, CENTRE) & ~within(points, LEFT + WALL)
+    right = within(points, RIGHT, CENTER) & ~within(points, LEFT + WALL)
     return within(points, LEFT), right
 
 
 def heart(points: np.ndarray, right_scale: float = 1.0) -> np.ndarray:
     """Whether points of the heart's frame lie in the myocardium."""
     outer = within(points, LEFT + WALL)
-    free = within(points, RIGHT * right_scale + THIN, CENTRE)
-    hollow = within(points, RIGHT * right_scale, CENTRE) & ~outer
+    free = within(points, RIGHT * right_scale + THIN, CENTER)
+    hollow = within(points, RIGHT * right_scale, CENTER) & ~outer
     wall = (outer | free) & ~within(points, LEFT) & ~hollow
     return np.asarray(wall & (points[..., 2] < 0))
 
@@ -48,7 +48,7 @@ def image(
     scale: float = 1.0,
     right_scale: float = 1.0,
 ) -> Mask:
-    """Voxelise the phantom: world = rotation times scale times heart."""
+    """Voxelize the phantom: world = rotation times scale times heart."""
     turn = np.eye(3) if rotation is None else rotation
     count = np.ceil(220 * scale / np.array(spacing)).astype(int)
     affine = np.diag([*spacing, 1.0])
@@ -76,7 +76,7 @@ def expected_insertion(height: float) -> np.ndarray:
 def check(mask: Mask, axes: np.ndarray, scale: float = 1.0) -> None:
     """Compare everything that is measured with the phantom's truth."""
     voxel = float(np.prod(mask.spacing) ** (1 / 3))
-    found = analyse(mask)
+    found = analyze(mask)
     right = found.rv
     assert right is not None
     assert np.degrees(np.arccos(min(1.0, found.frame[:3, 2] @ axes[:, 2]))) < 1.5
@@ -135,7 +135,7 @@ def test_order_and_direction_of_image_axes_do_not_matter(
         affine[:3, 3] += (voxels.shape[flip] - 1) * affine[:3, flip]
         affine[:3, flip] *= -1
         voxels = np.flip(voxels, flip)
-    one, other = analyse(mask), analyse(Mask(np.ascontiguousarray(voxels), affine))
+    one, other = analyze(mask), analyze(Mask(np.ascontiguousarray(voxels), affine))
     assert one.rv is not None
     assert other.rv is not None
     assert np.abs(one.frame - other.frame).max() < 0.005 * 2.0
@@ -148,7 +148,7 @@ def test_mirrored_heart_has_mirrored_insertions() -> None:
     turn = Rotation.from_euler("xyz", [20, 10, 0], degrees=True).as_matrix()
     mask = image(turn)
     mirror = np.diag([1.0, -1.0, 1.0, 1.0])
-    one, other = analyse(mask), analyse(Mask(mask.voxels, mirror @ mask.affine))
+    one, other = analyze(mask), analyze(Mask(mask.voxels, mirror @ mask.affine))
     assert one.rv is not None
     assert other.rv is not None
     assert other.rv.insertion == pytest.approx(-one.rv.insertion[::-1], abs=0.02)
@@ -157,7 +157,7 @@ def test_mirrored_heart_has_mirrored_insertions() -> None:
 @pytest.mark.slow
 def test_right_ventricle_may_be_large_or_small() -> None:
     for scale in (0.75, 1.3):
-        found = analyse(image(right_scale=scale))
+        found = analyze(image(right_scale=scale))
         assert found.rv is not None
         assert found.wall_thickness == pytest.approx(WALL, abs=0.8 + 0.05 * WALL)
         assert found.frame[0, 0] > 0.99
@@ -167,7 +167,7 @@ def test_right_ventricle_may_be_large_or_small() -> None:
 @pytest.mark.parametrize("spacing", [1.5, 2.0])
 def test_right_pool_reaches_into_the_corners(spacing: float) -> None:
     mask = image(spacing=(spacing,) * 3)
-    found = analyse(mask)
+    found = analyze(mask)
     world = mask.to_world(np.argwhere(np.ones_like(mask.voxels)).astype(float))
     _, right = pools(world)
     inside = right & ~mask.voxels.ravel() & (world[:, 2] < -3 * spacing)
@@ -181,7 +181,7 @@ def test_thin_walls_are_kept_apart() -> None:
     world = mask.to_world(np.argwhere(np.ones_like(mask.voxels)).astype(float))
     hole = (np.abs(world[:, 1]) < 1) & (np.abs(world[:, 2] + 30) < 1) & (world[:, 0] > 0)
     voxels = mask.voxels & ~(hole & (world[:, 0] < 50)).reshape(mask.voxels.shape)
-    found = analyse(Mask(voxels, mask.affine))
+    found = analyze(Mask(voxels, mask.affine))
     left, right = found.surfaces["lv_endo"].values, found.surfaces["rv_endo"].values
     assert not ((left < 0) & (right < 0)).any()
     assert (left + right).min() > 1.49
@@ -193,7 +193,7 @@ def test_merged_pools_are_named() -> None:
     world = mask.to_world(np.argwhere(np.ones_like(mask.voxels)).astype(float))
     hole = (np.hypot(world[:, 1], world[:, 2] + 32) < 9) & (world[:, 0] > 0) & (world[:, 0] < 45)
     with pytest.raises(AnatomyError, match="hole in the septum"):
-        analyse(Mask(mask.voxels & ~hole.reshape(mask.voxels.shape), mask.affine))
+        analyze(Mask(mask.voxels & ~hole.reshape(mask.voxels.shape), mask.affine))
 
 
 def test_closed_right_ventricle_is_named() -> None:
@@ -201,31 +201,31 @@ def test_closed_right_ventricle_is_named() -> None:
     world = mask.to_world(np.argwhere(np.ones_like(mask.voxels)).astype(float))
     lid = heart_filled(world) & (np.abs(world[:, 2] + 2) < 2.5) & ~within(world, LEFT)
     with pytest.raises(AnatomyError, match="right ventricle has no opening"):
-        analyse(Mask(mask.voxels | lid.reshape(mask.voxels.shape), mask.affine))
+        analyze(Mask(mask.voxels | lid.reshape(mask.voxels.shape), mask.affine))
 
 
 def heart_filled(points: np.ndarray) -> np.ndarray:
     """Whether points lie in the wall or in a pool."""
-    outer = within(points, LEFT + WALL) | within(points, RIGHT + THIN, CENTRE)
+    outer = within(points, LEFT + WALL) | within(points, RIGHT + THIN, CENTER)
     return np.asarray(outer & (points[..., 2] < 0))
 
 
 @pytest.mark.slow
 def test_ventricles_can_be_demanded() -> None:
     both, left = image(), samples.ideal_cup(2.0).mask
-    assert analyse(both, ventricles="biv").rv is not None
-    assert analyse(left, ventricles="lv").rv is None
+    assert analyze(both, ventricles="biv").rv is not None
+    assert analyze(left, ventricles="lv").rv is None
     with pytest.raises(AnatomyError, match="two blood pools found"):
-        analyse(both, ventricles="lv")
+        analyze(both, ventricles="lv")
     with pytest.raises(AnatomyError, match="one blood pool found"):
-        analyse(left, ventricles="biv")
+        analyze(left, ventricles="biv")
     with pytest.raises(AnatomyError, match="auto, lv or biv"):
-        analyse(left, ventricles="rv")
+        analyze(left, ventricles="rv")
 
 
 def test_base_with_valves_is_truncated_and_measures_like_the_plain_one(shared_data: Path) -> None:
-    found = analyse(read_mask(shared_data / "biv" / "bivme_patient1_f00_valves.nii.gz"))
-    plain = analyse(read_mask(shared_data / "biv_cycle" / "bivme_patient1_f00.nii.gz"))
+    found = analyze(read_mask(shared_data / "biv" / "bivme_patient1_f00_valves.nii.gz"))
+    plain = analyze(read_mask(shared_data / "biv_cycle" / "bivme_patient1_f00.nii.gz"))
     assert found.base.truncation is not None
     assert found.rv is not None
     assert plain.rv is not None
@@ -236,8 +236,8 @@ def test_base_with_valves_is_truncated_and_measures_like_the_plain_one(shared_da
 
 
 def test_tilted_heart_measures_like_the_upright_one(shared_data: Path) -> None:
-    upright = analyse(read_mask(shared_data / "biv" / "cobiveco_geo1.nii.gz"))
-    native = analyse(read_mask(shared_data / "biv" / "cobiveco_geo1_native.nii.gz"))
+    upright = analyze(read_mask(shared_data / "biv" / "cobiveco_geo1.nii.gz"))
+    native = analyze(read_mask(shared_data / "biv" / "cobiveco_geo1_native.nii.gz"))
     assert upright.rv is not None
     assert native.rv is not None
     for one, other in ((upright, native), (upright.rv, native.rv)):
@@ -248,7 +248,7 @@ def test_tilted_heart_measures_like_the_upright_one(shared_data: Path) -> None:
 
 
 def test_rabbit_heart(shared_data: Path) -> None:
-    found = analyse(read_mask(shared_data / "animal" / "UCSD_heart.nii.gz"))
+    found = analyze(read_mask(shared_data / "animal" / "UCSD_heart.nii.gz"))
     assert found.rv is not None
     assert found.wall_thickness > 1.5 * found.rv.wall_thickness
     assert 20 < found.length < 35

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from heartgen.anatomy.interpolation import part_of
-from heartgen.anatomy.sections import Sections, find_sections
+from heartgen.anatomy.short_axis_contours import ShortAxisContours, find_sections
 from heartgen.errors import AnatomyError
 from heartgen.images.mask import LEFT_BLOOD, RIGHT_BLOOD
 from heartgen.images.stack import Stack
@@ -38,7 +38,7 @@ def labeled(right: range, n: int = SLICES) -> Stack:
     return Stack(np.stack(walls), heights, 10.0, np.diag([1.5, 1.5, 1, 1]), np.stack(blood))
 
 
-def sections(stack: Stack, ventricles: str = "auto") -> Sections:
+def sections(stack: Stack, ventricles: str = "auto") -> ShortAxisContours:
     found = find_sections(stack, ventricles)
     assert found is not None
     return found

@@ -9,7 +9,7 @@ import pytest
 import scipy.ndimage as ndi
 
 from heartgen import samples
-from heartgen.anatomy import Anatomy, analyse
+from heartgen.anatomy import Anatomy, analyze
 from heartgen.anatomy.interpolation import end_depth, part_of
 from heartgen.errors import AnatomyError
 from heartgen.images.mask import Mask
@@ -24,7 +24,7 @@ def sample() -> samples.Sample:
 
 @pytest.fixture(scope="module")
 def anatomy(sample: samples.Sample) -> Anatomy:
-    return analyse(sample.mask)
+    return analyze(sample.mask)
 
 
 def without(mask: Mask, planes: list[int]) -> Mask:
@@ -56,7 +56,7 @@ def test_slices_are_kept_as_they_are_and_a_cone_between_them() -> None:
 
 
 def test_sizes_are_those_of_the_dense_mask(anatomy: Anatomy) -> None:
-    dense = analyse(samples.lifelike_lv(2.0).mask)
+    dense = analyze(samples.lifelike_lv(2.0).mask)
     assert anatomy.slices is not None
     assert anatomy.length == pytest.approx(dense.length, abs=5.0)  # slices end where they end
     assert anatomy.radius == pytest.approx(dense.radius, abs=0.6)
@@ -79,7 +79,7 @@ def test_surfaces_meet_the_contours(anatomy: Anatomy) -> None:
 
 
 def test_missing_middle_slice(sample: samples.Sample, anatomy: Anatomy) -> None:
-    found = analyse(without(sample.mask, [4]))
+    found = analyze(without(sample.mask, [4]))
     assert found.slices is not None
     assert len(found.slices.heights) == len(anatomy.slices.heights) - 1  # type: ignore[union-attr]
     assert found.pool_volume == pytest.approx(anatomy.pool_volume, rel=0.03)
@@ -87,13 +87,13 @@ def test_missing_middle_slice(sample: samples.Sample, anatomy: Anatomy) -> None:
 
 def test_missing_basal_slices(sample: samples.Sample, anatomy: Anatomy) -> None:
     # The uppermost slice shows only a part of the wall and is left out anyway.
-    found = analyse(without(sample.mask, [-1, -2, -3]))
+    found = analyze(without(sample.mask, [-1, -2, -3]))
     assert found.length == pytest.approx(anatomy.length - 16, abs=0.5)
 
 
 @pytest.mark.slow
 def test_both_ventricles() -> None:
-    dense, stack = (analyse(samples.biv(s).mask) for s in (2.0, STACK))
+    dense, stack = (analyze(samples.biv(s).mask) for s in (2.0, STACK))
     assert dense.rv is not None
     assert stack.rv is not None
     assert stack.rv.septal_thickness == pytest.approx(dense.rv.septal_thickness, abs=1.0)
@@ -110,10 +110,10 @@ def test_walls_that_enclose_nothing_are_refused(sample: samples.Sample) -> None:
     )
     for spoiled in (half, filled):
         with pytest.raises(AnatomyError, match="do not show a blood pool"):
-            analyse(replace(sample.mask, voxels=spoiled))
+            analyze(replace(sample.mask, voxels=spoiled))
 
 
 def test_too_few_slices(sample: samples.Sample) -> None:
     shown = len(np.flatnonzero(sample.mask.planes))
     with pytest.raises(AnatomyError, match="too few"):
-        analyse(without(sample.mask, [k for k in range(shown) if k not in (5, 6)]))
+        analyze(without(sample.mask, [k for k in range(shown) if k not in (5, 6)]))

@@ -9,11 +9,11 @@ import pytest
 
 import heartgen
 from heartgen import samples
-from heartgen.anatomy import analyse, with_views
+from heartgen.anatomy import analyze, with_views
 from heartgen.errors import AnatomyError, HeartgenError, InputError
 from heartgen.images.mask import Mask
 from heartgen.images.writing import write_mask
-from heartgen.mesh.surfaces import sample_faces
+from heartgen.mesh.surface_faces import sample_faces
 
 SPARSE = (1.5, 1.5, 10.0)
 
@@ -42,7 +42,7 @@ def views(dense: Mask) -> list[Mask]:
 
 
 def test_contours_go_to_the_surfaces_that_they_show(stack: Mask, views: list[Mask]) -> None:
-    alone = analyse(stack)
+    alone = analyze(stack)
     more = with_views(alone, views)
     assert more.slices is not None
     assert alone.slices is not None
@@ -74,7 +74,7 @@ def test_a_view_of_something_else_is_refused(stack: Mask, views: list[Mask]) -> 
     affine = views[0].affine.copy()
     affine[:3, 3] += 40
     with pytest.raises(AnatomyError, match="long axis 0 shows another heart"):
-        with_views(analyse(stack), [replace(views[0], affine=affine)])
+        with_views(analyze(stack), [replace(views[0], affine=affine)])
 
 
 def test_no_image_at_all_is_refused() -> None:
@@ -84,7 +84,7 @@ def test_no_image_at_all_is_refused() -> None:
 
 def test_a_dense_image_needs_no_views(dense: Mask, views: list[Mask]) -> None:
     with pytest.raises(AnatomyError, match="no stack"):
-        with_views(analyse(dense), views)
+        with_views(analyze(dense), views)
 
 
 def test_a_single_slice_is_read_as_a_view_only(views: list[Mask], tmp_path) -> None:

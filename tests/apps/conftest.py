@@ -8,7 +8,7 @@ pytest.importorskip("ipywidgets")
 pytest.importorskip("anywidget")
 
 from heartgen import samples
-from heartgen.apps.cases import Case
+from heartgen.apps.input_case import InputCase
 from heartgen.apps.session import Session
 
 
@@ -17,8 +17,8 @@ def small():
     """Make every sample a coarse heart: what is tested is the page, not the pipeline."""
     mask = samples.lifelike_lv(3.0).mask
 
-    def load(name: str) -> Case:
-        return Case(mask, f"heartgen.samples.load({name!r}).mask", "0" * 64, "Small.")
+    def load(name: str) -> InputCase:
+        return InputCase(mask, f"heartgen.samples.load({name!r}).mask", "0" * 64, "Small.")
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("heartgen.apps.session.load_sample", load)

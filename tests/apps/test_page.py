@@ -9,10 +9,10 @@ import ipywidgets as widgets
 import pytest
 
 from heartgen.apps import dashboard
-from heartgen.apps.cases import sample_choices
 from heartgen.apps.hints import hints
+from heartgen.apps.input_case import sample_choices
 from heartgen.apps.panels import source
-from heartgen.apps.panels.judge import THRESHOLD
+from heartgen.apps.panels.assess import THRESHOLD
 from heartgen.apps.transfer import PIECE, Pulse, Upload, safe_name
 from heartgen.assessment import QUALITY_THRESHOLD
 from heartgen.errors import InputError
@@ -57,13 +57,13 @@ def test_panels_draw_a_whole_run(page):
     session = page.session
     session.load_sample("lifelike").result()
     session.start().result()
-    judge, take = page.page.panels["judge"], page.page.panels["take"]
+    judge, take = page.page.panels["assess"], page.page.panels["export"]
     assert "success" in judge.card.value
     assert bytes(judge.figure.value).startswith(b"\x89PNG")
     assert [p["lod"] for p in judge.tradeoff.points] == [1]
     assert not take.download.disabled
     assert "heartgen.personalize(mask, lod=1)" in take.code.value
-    assert page.page.panels["look"].widget.layout.display == ""
+    assert page.page.panels["view"].widget.layout.display == ""
     assert page.page.panels["input"].widget.layout.display == "none"
 
 
@@ -135,7 +135,7 @@ def test_signs_of_life_are_answered():
 def test_python_that_is_copied_is_the_one_that_is_shown(page):
     page.session.load_sample("lifelike").result()
     page.session.start().result()
-    take = page.page.panels["take"]
+    take = page.page.panels["export"]
     assert take.copy.text.startswith("import heartgen")
     assert take.copy.text.splitlines()[-1] in html.unescape(take.code.value)
 

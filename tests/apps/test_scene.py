@@ -8,30 +8,37 @@ import pytest
 
 pytest.importorskip("pyvista")
 
-from heartgen.apps.colours import COLOURINGS, nice_limit
-from heartgen.apps.panels import look
-from heartgen.apps.scene import CUTS, LINES, MASK_VIEWS, View, mask_scene, mesh_scene
+from heartgen.apps.colors import COLORINGS, nice_limit
+from heartgen.apps.mesh_scene import (
+    CUTS,
+    LINES,
+    MASK_VIEWS,
+    SceneView,
+    mask_scene,
+    mesh_scene,
+)
+from heartgen.apps.panels import view
 from heartgen.viewing.stages import STAGES
 
-VIEW = View()
+VIEW = SceneView()
 
 
-def colours(scene):
+def colors(scene):
     return np.unique(np.asarray(scene.mesh.point_data["rgba"]), axis=0)
 
 
 def test_controls_offer_what_the_scene_knows():
-    assert tuple((s.title, s.key) for s in STAGES) == look.STAGES
-    assert tuple((c.title, key) for key, c in COLOURINGS.items()) == look.COLOURS
-    assert tuple((title, key) for key, title in MASK_VIEWS.items()) == look.MASKS
-    assert tuple((title, key) for key, title in CUTS.items()) == look.CUTS
-    assert tuple((title, key) for key, title in LINES.items()) == look.LINES
+    assert tuple((s.title, s.key) for s in STAGES) == view.STAGES
+    assert tuple((c.title, key) for key, c in COLORINGS.items()) == view.COLORS
+    assert tuple((title, key) for key, title in MASK_VIEWS.items()) == view.MASKS
+    assert tuple((title, key) for key, title in CUTS.items()) == view.CUTS
+    assert tuple((title, key) for key, title in LINES.items()) == view.LINES
 
 
-@pytest.mark.parametrize("colour", COLOURINGS)
-def test_every_colouring_has_a_key_and_more_than_one_colour(finished, colour):
-    scene = mesh_scene(finished.shown, replace(VIEW, colour=colour))
-    assert len(colours(scene)) > 1
+@pytest.mark.parametrize("color", COLORINGS)
+def test_every_coloring_has_a_key_and_more_than_one_color(finished, color):
+    scene = mesh_scene(finished.shown, replace(VIEW, color=color))
+    assert len(colors(scene)) > 1
     assert scene.painted.stops or scene.painted.names
 
 
@@ -39,9 +46,9 @@ def test_stages_approach_the_mask(finished):
     anatomy = finished.anatomy
     template = mesh_scene(finished.shown, replace(VIEW, stage="template")).mesh
     registered = mesh_scene(finished.shown, replace(VIEW, stage="registered")).mesh
-    refined = mesh_scene(finished.shown, VIEW).mesh
+    optimized = mesh_scene(finished.shown, VIEW).mesh
     errors = []
-    for mesh in (template, registered, refined):
+    for mesh in (template, registered, optimized):
         world = anatomy.to_world(np.asarray(mesh.points, dtype=float))
         errors.append(np.abs(anatomy.myocardium.sample(world)[0]).mean())
     assert errors[1] < errors[0]
@@ -71,23 +78,23 @@ def test_cut_keeps_what_lies_behind_and_shows_the_wall(finished, cut, axis, sign
 
 
 def test_depth_is_seen_where_the_wall_is_cut(finished):
-    scene = mesh_scene(finished.shown, replace(VIEW, colour="transmural", cut="x"))
+    scene = mesh_scene(finished.shown, replace(VIEW, color="transmural", cut="x"))
     on_plane = np.asarray(scene.mesh.point_data["Normals"])[:, 0] > 0.999
     rgb = np.asarray(scene.mesh.point_data["rgba"], dtype=int)[on_plane, :3]
     ends = [matplotlib.colormaps["cividis"](end, bytes=True)[:3] for end in (0.0, 1.0)]
     distances = [np.abs(rgb - np.asarray(end, dtype=int)).max(1).min() for end in ends]
-    assert max(distances) < 12  # from the colour of the one surface to that of the other
+    assert max(distances) < 12  # from the color of the one surface to that of the other
     assert len(np.unique(rgb, axis=0)) > 20
 
 
 def test_segments_are_those_of_the_elements(finished):
-    scene = mesh_scene(finished.shown, replace(VIEW, colour="segment"))
+    scene = mesh_scene(finished.shown, replace(VIEW, color="segment"))
     assert {name for _, name in scene.painted.names} <= {str(n) for n in range(1, 18)}
     assert len(scene.painted.names) > 12
 
 
-def test_fibres_lie_on_the_surface(finished):
-    scene = mesh_scene(finished.shown, replace(VIEW, lines="fibres"))
+def test_fibers_lie_on_the_surface(finished):
+    scene = mesh_scene(finished.shown, replace(VIEW, lines="fibers"))
     assert scene.edges.n_points > 0
     far = scene.edges.compute_implicit_distance(scene.mesh.triangulate())["implicit_distance"]
     assert np.percentile(np.abs(far), 95) < 1.0
@@ -102,7 +109,7 @@ def test_mask_can_be_hidden_and_edges_too(finished):
 def test_mask_shows_more_where_the_template_misses_it(finished):
     opacity = [
         np.asarray(mesh_scene(finished.shown, replace(VIEW, stage=s)).mask["rgba"])[:, 3].mean()
-        for s in ("template", "refined")
+        for s in ("template", "optimized")
     ]
     assert opacity[0] > opacity[1]
 

@@ -16,7 +16,7 @@ import pytest
 pytest.importorskip("voila")
 pytest.importorskip("jupyter_server_proxy")
 
-from heartgen.apps.server import Place, arguments, environment, notebook, served_folder
+from heartgen.apps.server import Address, arguments, environment, notebook, served_folder
 
 PORT = 18_913
 WORD = "open-sesame"
@@ -92,20 +92,20 @@ def options(place, tmp_path):
 
 
 def test_a_word_is_asked_for_where_others_reach_the_page(tmp_path):
-    assert options(Place(), tmp_path)["IdentityProvider.token"] == ""
-    words = [options(Place("0.0.0.0"), tmp_path)["IdentityProvider.token"] for _ in range(2)]
+    assert options(Address(), tmp_path)["IdentityProvider.token"] == ""
+    words = [options(Address("0.0.0.0"), tmp_path)["IdentityProvider.token"] for _ in range(2)]
     assert all(len(word) >= 24 for word in words)
     assert words[0] != words[1]
 
 
 def test_browsers_run_no_code(tmp_path):
-    allowed = options(Place(), tmp_path)["MappingKernelManager.allowed_message_types"]
+    allowed = options(Address(), tmp_path)["MappingKernelManager.allowed_message_types"]
     assert "comm_msg" in allowed
     assert "execute_request" not in allowed
 
 
 def test_proxy_of_the_view_follows_the_base_url(tmp_path):
-    made = environment(Place(base_url="/x/"), tmp_path)
+    made = environment(Address(base_url="/x/"), tmp_path)
     assert made["PYVISTA_TRAME_SERVER_PROXY_PREFIX"] == "/x/proxy/"
 
 

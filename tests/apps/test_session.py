@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from heartgen import pipeline, samples
-from heartgen.apps.cases import load_file
 from heartgen.apps.costs import Costs
+from heartgen.apps.input_case import load_file
 from heartgen.apps.session import ALL_LEVELS, Session, siblings
 from heartgen.errors import HeartgenError, sentence
 from heartgen.options import STEPS, Options
@@ -23,9 +23,9 @@ def test_every_step_of_an_empty_page_says_why(session):
         "input": "ready",
         "choices": "blocked",
         "run": "blocked",
-        "look": "blocked",
-        "judge": "blocked",
-        "take": "blocked",
+        "view": "blocked",
+        "assess": "blocked",
+        "export": "blocked",
     }
     assert all(state.reason for state in session.states.values())
     with pytest.raises(HeartgenError, match="no mask to mesh"):
@@ -35,8 +35,8 @@ def test_every_step_of_an_empty_page_says_why(session):
 def test_a_sample_opens_the_next_steps(session):
     session.load_sample("lifelike").result()
     assert phases(session)["input"] == phases(session)["choices"] == "done"
-    assert phases(session)["run"] == phases(session)["look"] == "ready"
-    assert phases(session)["judge"] == "blocked"
+    assert phases(session)["run"] == phases(session)["view"] == "ready"
+    assert phases(session)["assess"] == "blocked"
 
 
 def test_a_run_opens_all_steps(finished):
@@ -44,9 +44,9 @@ def test_a_run_opens_all_steps(finished):
         "input": "done",
         "choices": "done",
         "run": "done",
-        "look": "done",
-        "judge": "done",
-        "take": "ready",
+        "view": "done",
+        "assess": "done",
+        "export": "ready",
     }
     run = finished.runs[0]
     assert run.shares == dict.fromkeys(STEPS, 1.0)

@@ -11,9 +11,9 @@ pytest.importorskip("pyvista")
 pytest.importorskip("ipywidgets")
 
 from heartgen import samples
-from heartgen.anatomy import Anatomy, analyse
-from heartgen.apps.panels.look import LookPanel
-from heartgen.apps.scene import GIVEN, WHOLE_OPACITY, mask_scene
+from heartgen.anatomy import Anatomy, analyze
+from heartgen.apps.mesh_scene import GIVEN, WHOLE_OPACITY, mask_scene
+from heartgen.apps.panels.view import ViewPanel
 from heartgen.apps.session import Session
 from heartgen.images import Mask
 
@@ -32,7 +32,7 @@ def stack(move: int) -> Mask:
 
 @pytest.fixture(scope="module", params=[0, 3])
 def anatomy(request: pytest.FixtureRequest) -> Anatomy:
-    return analyse(stack(request.param))
+    return analyze(stack(request.param))
 
 
 def test_contours_lie_in_the_slices(anatomy: Anatomy) -> None:
@@ -45,25 +45,25 @@ def test_contours_lie_in_the_slices(anatomy: Anatomy) -> None:
 
 def test_moved_slices_are_seen_where_they_were(anatomy: Anatomy) -> None:
     assert anatomy.slices is not None
-    colours = np.asarray(mask_scene(anatomy).edges.point_data["rgba"])
-    grey = np.array([int(GIVEN[k : k + 2], 16) for k in (1, 3, 5)])
-    given = np.all(colours[:, :3] == grey, axis=1)
-    told = any(finding.check == "shifts" for finding in anatomy.findings)
+    colors = np.asarray(mask_scene(anatomy).edges.point_data["rgba"])
+    gray = np.array([int(GIVEN[k : k + 2], 16) for k in (1, 3, 5)])
+    given = np.all(colors[:, :3] == gray, axis=1)
+    told = any(finding.check == "slice alignment" for finding in anatomy.findings)
     assert given.any() == told == bool(anatomy.slices.shifts.any())
 
 
 def test_only_the_moved_stack_is_mended() -> None:
-    assert not np.any(analyse(stack(0)).slices.shifts)
-    back = np.linalg.norm(np.diff(analyse(stack(3)).slices.shifts, axis=0), axis=1)
+    assert not np.any(analyze(stack(0)).slices.shifts)
+    back = np.linalg.norm(np.diff(analyze(stack(3)).slices.shifts, axis=0), axis=1)
     np.testing.assert_allclose(np.median(back), 3 * np.sqrt(2) * SPACING[0], rtol=0.15)
 
 
 def test_contours_are_offered_where_there_are_slices() -> None:
     session = Session()
-    panel = LookPanel(session)
+    panel = ViewPanel(session)
     offered = []
     for mask in (stack(0), samples.lifelike_lv(3.0).mask):
-        session.anatomy = analyse(mask)
+        session.anatomy = analyze(mask)
         offered.append([key for _, key in panel.mask.options])
         assert panel.mask.value == ("slices" if len(offered) == 1 else "misfit")
     assert "slices" in offered[0]

@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("pyvista")
 
-from heartgen.apps.standalone import DISTANCE, PLAIN, colour_by, colours_of, make_scene, read_mesh
+from heartgen.apps.standalone import DISTANCE, PLAIN, color_by, colors_of, make_scene, read_mesh
 from heartgen.errors import InputError
 from heartgen.formats import write_mesh
 
@@ -28,9 +28,9 @@ def test_mesh_lies_on_its_mask(scene):
 
 
 def test_arrays_of_the_file_and_the_distance_are_offered(scene):
-    assert set(colours_of(scene)) == {PLAIN, "jacobian_ratio", DISTANCE}
-    assert "to" in colour_by(scene, "jacobian_ratio")
-    assert colour_by(scene, PLAIN) == ""
+    assert set(colors_of(scene)) == {PLAIN, "jacobian_ratio", DISTANCE}
+    assert "to" in color_by(scene, "jacobian_ratio")
+    assert color_by(scene, PLAIN) == ""
 
 
 def test_an_ex_file_is_the_same_mesh(finished, tmp_path):

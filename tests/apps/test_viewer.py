@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("trame_vtk")
 
-from heartgen.apps.scene import View, mask_scene, mesh_scene
+from heartgen.apps.mesh_scene import SceneView, mask_scene, mesh_scene
 from heartgen.apps.viewer import PROXY_VARIABLES, HeartView, has_proxy
 
 pytestmark = pytest.mark.slow
@@ -32,7 +32,7 @@ def test_without_a_proxy_the_view_is_a_page_of_its_own(finished, alone):
     assert view.backend == "html"
     first = view.widget.children[0].value
     assert 'srcdoc="' in first
-    view.show(mesh_scene(finished.shown, View()))
+    view.show(mesh_scene(finished.shown, SceneView()))
     assert view.widget.children[0].value != first
     view.close()
 
@@ -47,11 +47,11 @@ def test_port_is_used_only_where_it_can_be_reached(alone, monkeypatch):
 
 def test_camera_stays_unless_it_is_reset(finished, alone):
     view = HeartView()
-    view.show(mesh_scene(finished.shown, View()), reset=True)
+    view.show(mesh_scene(finished.shown, SceneView()), reset=True)
     camera = view._plotter.camera
     placed = np.array(camera.position)
     camera.position = placed + 10
-    view.show(mesh_scene(finished.shown, View(colour="quality")))
+    view.show(mesh_scene(finished.shown, SceneView(color="quality")))
     np.testing.assert_allclose(camera.position, placed + 10)
     view.reset()
     np.testing.assert_allclose(camera.position, placed)

@@ -18,7 +18,7 @@ from heartgen import samples
 pytestmark = pytest.mark.slow
 
 SATURATED = 40
-"""Difference of colour channels from which a pixel is no grey."""
+"""Difference of color channels from which a pixel is no gray."""
 
 CHANGED = 30
 """Difference of a channel from which a pixel is another."""
@@ -32,7 +32,7 @@ def view(page):
 
 
 def is_mesh(pixels):
-    """Whether something coloured is there: blank and black views are not."""
+    """Whether something colored is there: blank and black views are not."""
     share = np.mean(np.ptp(pixels, axis=2) > SATURATED)
     return share > 0.03 and len(np.unique((pixels // 16).reshape(-1, 3), axis=0)) > 40
 
@@ -75,7 +75,7 @@ def choose(page, label, option):
 def run(page, number):
     """Press Run and wait for the mesh."""
     page.get_by_role("button", name="Run", exact=True).click()
-    page.wait_for_selector(f".hg-step-look .hg-done:has-text('shows {number} ·')", state="attached")
+    page.wait_for_selector(f".hg-step-view .hg-done:has-text('shows {number} ·')", state="attached")
 
 
 def opened(browser, address):
@@ -176,9 +176,9 @@ def test_mesh_turns_and_stays_turned(ran):
     before = view(ran)
     turned = wait_for_other(ran, before, act=lambda: drag(ran))
     outline = np.ptp(turned, axis=2) > SATURATED
-    choose(ran, "Colour by", "Quality Q")
-    recoloured = wait_for_other(ran, turned)
-    now = np.ptp(recoloured, axis=2) > SATURATED
+    choose(ran, "Color by", "Quality Q")
+    recolored = wait_for_other(ran, turned)
+    now = np.ptp(recolored, axis=2) > SATURATED
     overlap = np.sum(outline & now) / np.sum(outline | now)
     assert overlap > 0.6  # seen from the same side
     assert "Jacobian ratio" in ran.locator(".hg-scale").inner_text()
@@ -195,7 +195,7 @@ def test_view_can_be_saved_and_reset(ran):
 
 
 def test_stage_and_cut_change_the_view(ran):
-    choose(ran, "Colour by", "Surface")
+    choose(ran, "Color by", "Surface")
     wait_for_view(ran, is_mesh)
     ran.wait_for_selector(".hg-scale:has-text('epicardium')")
     time.sleep(2)
@@ -204,20 +204,20 @@ def test_stage_and_cut_change_the_view(ran):
     cut = wait_for_other(ran, before)
     ran.get_by_role("button", name="Template").click()
     wait_for_other(ran, cut)
-    ran.get_by_role("button", name="Refined").click()
+    ran.get_by_role("button", name="Optimized").click()
     choose(ran, "Cut", "No cut")
-    choose(ran, "Colour by", "Error")
+    choose(ran, "Color by", "Error")
 
 
 def test_fields_are_seen(ran):
     before = view(ran)
-    choose(ran, "Colour by", "AHA segment")
+    choose(ran, "Color by", "AHA segment")
     ran.wait_for_selector(".hg-scale:has-text('AHA segment')")
     segments = wait_for_other(ran, before)
-    choose(ran, "Lines", "Fibres")
+    choose(ran, "Lines", "Fibers")
     wait_for_other(ran, segments)
     choose(ran, "Lines", "Element edges")
-    choose(ran, "Colour by", "Error")
+    choose(ran, "Color by", "Error")
 
 
 def test_a_visitor_whose_kernel_is_killed_is_told_and_harms_nobody_else(ran, browser, server):
@@ -230,9 +230,9 @@ def test_a_visitor_whose_kernel_is_killed_is_told_and_harms_nobody_else(ran, bro
     assert "has ended" in page.locator(".hg-gone").inner_text()
     page.close()
     shown = view(ran)
-    choose(ran, "Colour by", "Quality Q")
+    choose(ran, "Color by", "Quality Q")
     wait_for_other(ran, shown)
-    choose(ran, "Colour by", "Error")
+    choose(ran, "Color by", "Error")
     assert not ran.locator(".hg-gone").is_visible()
 
 
@@ -259,8 +259,8 @@ def test_cancel_takes_effect_at_once(ran, coarse):
 
 def test_levels_are_compared_and_a_point_loads_its_mesh(ran, coarse):
     ran.get_by_role("button", name="All levels", exact=True).click()
-    ran.wait_for_selector(".hg-step-judge .hg-done", state="attached", timeout=180_000)
-    ran.get_by_role("button", name="5 Judge").click()
+    ran.wait_for_selector(".hg-step-assess .hg-done", state="attached", timeout=180_000)
+    ran.get_by_role("button", name="5 Assess").click()
     assert ran.locator(".hg-point").count() == 5
     assert ran.locator(".hg-threshold").count() == 1
     ran.locator(".hg-point").nth(3).click()
@@ -272,7 +272,7 @@ def test_levels_are_compared_and_a_point_loads_its_mesh(ran, coarse):
 
 def test_python_lines_are_copied(ran):
     ran.context.grant_permissions(["clipboard-read", "clipboard-write"])
-    ran.get_by_role("button", name="6 Take away").click()
+    ran.get_by_role("button", name="6 Export").click()
     ran.get_by_role("button", name="Copy", exact=True).click()
     ran.wait_for_selector(".hg-copy:has-text('Copied')")
     copied = ran.evaluate("() => navigator.clipboard.readText()")
@@ -281,7 +281,7 @@ def test_python_lines_are_copied(ran):
 
 
 def test_download_is_read_by_others(ran, tmp_path):
-    ran.get_by_role("button", name="6 Take away").click()
+    ran.get_by_role("button", name="6 Export").click()
     with ran.expect_download() as download:
         ran.locator(".hg-download").click()
     download.value.save_as(tmp_path / "heart.zip")
@@ -309,7 +309,7 @@ def test_real_mask_at_another_level(ran, shared_data):
     ran.keyboard.press("ArrowRight")
     ran.wait_for_selector(".hg-side .widget-readout:has-text('2')")
     ran.get_by_role("button", name="Run", exact=True).click()
-    ran.wait_for_selector(".hg-step-look .hg-done:has-text('mesa0054_ED.nii.gz · LoD 2')")
+    ran.wait_for_selector(".hg-step-view .hg-done:has-text('mesa0054_ED.nii.gz · LoD 2')")
     wait_for_view(ran, is_mesh)
 
 

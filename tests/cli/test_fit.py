@@ -56,10 +56,10 @@ def test_fit_shows_the_steps_apart_from_the_results(fitted):
 def test_options_arrive(run, mask_file, tmp_path):
     outcome = run(
         "fit", mask_file, "-o", tmp_path, "--lod", 2, "--elements", "2x10x5",
-        "--truncate", "7.5", "--depth", "linear", "--basis", "lagrange",
-        "--no-enhance", "--no-refine", "--quality", 2.0, "--ventricles", "lv",
-        "--septum", "-1,0,0.5", "--base", "plane", "--apex", "hole", "--hole-radius", 6.0,
-        "--shifts", "off",
+        "--truncate", "7.5", "--no-grading", "--basis", "lagrange",
+        "--no-enhance", "--no-optimize", "--quality", 2.0, "--ventricles", "lv",
+        "--septal-direction", "-1,0,0.5", "--base", "plane", "--apex", "hole", "--hole-radius", 6.0,
+        "--slice-alignment", "off",
         "--insertion", "squared",
     )  # fmt: skip
     assert outcome.exit_code == 0, outcome.output
@@ -69,36 +69,36 @@ def test_options_arrive(run, mask_file, tmp_path):
         "elements": [2, 10, 5],
         "truncate": 7.5,
         "enhance": False,
-        "refine": False,
+        "optimize": False,
         "quality": 2.0,
-        "least_quality": 0.0,
+        "min_jacobian_ratio": 0.0,
         "ventricles": "lv",
-        "depth": "linear",
+        "transmural_grading": False,
         "basis": "lagrange",
-        "septum": [-1.0, 0.0, 0.5],
+        "septal_direction": [-1.0, 0.0, 0.5],
         "base": "plane",
         "apex": "hole",
         "hole_radius": 6.0,
-        "shifts": "off",
+        "slice_alignment": "off",
         "insertion": "squared",
-        "interior": "straight",
+        "transmural_lines": "straight",
     }
 
 
 def test_fields_are_written_as_asked(fitted, run, mask_file, tmp_path):
     _, out = fitted
     everything = pv.read(out / "mesh.vtu")
-    assert {"transmural", "longitudinal", "circumferential", "fibre"} <= set(everything.point_data)
+    assert {"transmural", "longitudinal", "circumferential", "fiber"} <= set(everything.point_data)
     assert "aha segment" in everything.cell_data
     outcome = run(
-        "fit", mask_file, "-o", tmp_path, "--fields", "fibres", "--fibre-angles", "helix=0/0"
+        "fit", mask_file, "-o", tmp_path, "--fields", "fibers", "--fiber-angles", "helix=0/0"
     )  # fmt: skip
     assert outcome.exit_code == 0, outcome.output
     grid = pv.read(tmp_path / "mesh.vtu")
-    assert set(grid.point_data) == {"fibre", "sheet", "sheet normal"}
-    rising, level = (np.mean(np.abs(g["fibre"][:, 2])) for g in (everything, grid))
+    assert set(grid.point_data) == {"fiber", "sheet", "sheet normal"}
+    rising, level = (np.mean(np.abs(g["fiber"][:, 2])) for g in (everything, grid))
     assert level < rising / 2  # around, not up the long axis
-    assert np.linalg.norm(grid["fibre"], axis=1) == pytest.approx(1)
+    assert np.linalg.norm(grid["fiber"], axis=1) == pytest.approx(1)
 
 
 def test_indices_are_shown_and_reported(fitted):
@@ -127,11 +127,11 @@ def test_label_selects_the_myocardium(run, save, mask_file, tmp_path, fitted):
 def test_label_map_is_fitted_as_the_mask_it_holds(run, mask_file, label_map, tmp_path, fitted):
     outcome = run("fit", label_map, "-o", tmp_path, "--labels", "acdc")
     assert outcome.exit_code == 0, outcome.output
-    whole, labelled = (
+    whole, labeled = (
         json.loads((out / "report.json").read_text()) for out in (fitted[1], tmp_path)
     )
-    assert labelled["measurements"] == pytest.approx(whole["measurements"])
-    assert labelled["accuracy"]["mean"] == pytest.approx(whole["accuracy"]["mean"])
+    assert labeled["measurements"] == pytest.approx(whole["measurements"])
+    assert labeled["accuracy"]["mean"] == pytest.approx(whole["accuracy"]["mean"])
 
 
 def test_valid_mesh_without_success_is_written_and_flagged(
@@ -141,7 +141,7 @@ def test_valid_mesh_without_success_is_written_and_flagged(
     monkeypatch.setattr(pipeline, "assess_quality", lambda mesh: replace(measure(mesh), mean=0.2))
     outcome = run("fit", mask_file, "-o", tmp_path)
     assert outcome.exit_code == 0
-    assert "not a success: the mean quality, 0.200, is not above 0.33" in outcome.stdout
+    assert "quality below the threshold (0.200, not above 0.33)" in outcome.stdout
     assert names(tmp_path) == files
 
 

@@ -1,4 +1,4 @@
-"""`heartgen rasterize`, `heartgen render`, and `heartgen convert` to simple cells."""
+"""`heartgen rasterize`, `heartgen render`, and `heartgen convert` to linear or quadratic cells."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_what_cannot_be_done_is_a_sentence(run, fitted, mask_file, tmp_path, nam
         ("rasterize", mesh, mesh, "-o", tmp_path / "mesh.nii"): "mesh.exf",
         ("rasterize", tmp_path / "no.exf", mask_file, "-o", tmp_path / "m.nii"): "no.exf",
         ("render", mesh, "-o", tmp_path / "mesh.pdf"): "end the name in .png",
-        ("render", mesh, "-o", tmp_path / "m.png", "--colour", "error"): "needs the mask",
+        ("render", mesh, "-o", tmp_path / "m.png", "--color", "error"): "needs the mask",
         ("render", mesh, "-o", tmp_path / "m.png", "--view", "above"): "view 'above' is not known",
         ("convert", mesh, tmp_path / "m.exf", "--cells", "tet4"): "leave out the choice of cells",
         ("convert", mesh, tmp_path / "m.inp", "--cells", "tet5"): "'tet5' are not known",

@@ -10,7 +10,7 @@ from heartgen import samples
 
 pytestmark = pytest.mark.slow
 
-QUICK = ("--elements", "1x4x2", "--no-refine", "--fields", "none")
+QUICK = ("--elements", "1x4x2", "--no-optimize", "--fields", "none")
 
 
 @pytest.fixture(scope="module")

@@ -47,8 +47,8 @@ def test_every_case_has_a_row_and_a_folder(two):
     assert row["error_mean"] == report["accuracy"]["mean"]
     assert row["q_mean"] == report["quality"]["mean"]
     assert row["fair_normal_mean"] == report["fairness"]["normal_mean"]
-    before = report["unrefined_fairness"]["longitudinal_median"]
-    assert row["fair_unrefined_longitudinal_median"] == before
+    before = report["unoptimized_fairness"]["longitudinal_median"]
+    assert row["fair_unoptimized_longitudinal_median"] == before
     assert row["size_wall_volume"] == report["measurements"]["wall_volume"]
     assert row["version_heartgen"] == heartgen.__version__
     assert row["elements"] == "1x12x6"
@@ -144,7 +144,7 @@ def test_command_tells_what_came_out(two, hearts):
     ("arguments", "sentence"),
     [
         (["--set", "quality=1,2"], "heartgen sweep compares them"),
-        (["--set", "colour=red"], "there is no option 'colour'"),
+        (["--set", "color=red"], "there is no option 'color'"),
         (["--elements", "12"], "for example 1x12x6"),
         (["--scheduler", "tcp://127.0.0.1:1", "--jobs", "2"], "has workers of its own"),
         (["--cluster", "no_such.Cluster"], "there is no cluster no_such.Cluster"),

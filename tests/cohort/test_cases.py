@@ -69,9 +69,9 @@ def test_a_frame_of_the_row_or_of_all_rows(hearts):
 
 def test_tables_may_be_parquet(hearts):
     path = hearts.parent / "table.parquet"
-    pd.DataFrame({"mask": ["masks/a.nii.gz"], "lod": [2.0], "refine": [False]}).to_parquet(path)
+    pd.DataFrame({"mask": ["masks/a.nii.gz"], "lod": [2.0], "optimize": [False]}).to_parquet(path)
     (case,) = find_cases(path)
-    assert case.choices == {"lod": 2, "refine": False}
+    assert case.choices == {"lod": 2, "optimize": False}
 
 
 @pytest.mark.parametrize(

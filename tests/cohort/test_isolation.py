@@ -17,7 +17,7 @@ from heartgen.options import Options
 
 pytestmark = pytest.mark.slow
 
-QUICK = Options(elements=(1, 4, 2), refine=False)
+QUICK = Options(elements=(1, 4, 2), optimize=False)
 
 REASONS = {
     "linalg": "heartgen itself failed (LinAlgError: SVD did not converge)",

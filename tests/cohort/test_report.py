@@ -40,7 +40,7 @@ def made_up():
         {
             "case": [f"case{i}" for i in range(n)],
             "group": [""] * n,
-            "status": ["success"] * 5 + ["valid, but not a success: ...", "failed: no cavity"],
+            "status": ["success"] * 5 + ["error above the voxel diagonal", "failed: no cavity"],
             "success": [True] * 5 + [False, False],
             "valid": [True] * 6 + [False],
             "error_mean": [0.1, 0.2, 0.3, 0.4, 1.0, 3.0, np.nan],

@@ -21,17 +21,17 @@ def mask():
 
 @pytest.fixture(scope="module")
 def table(mask):
-    return sweep(mask, lod=[1, 2], elements=[(1, 12, 6), (1, 8, 4)], refine=False)
+    return sweep(mask, lod=[1, 2], elements=[(1, 12, 6), (1, 8, 4)], optimize=False)
 
 
 def test_every_combination_has_a_row(table):
     found = list(zip(table["elements"], table["lod"], strict=True))
     assert found == [("1x12x6", 1), ("1x12x6", 2), ("1x8x4", 1), ("1x8x4", 2)]
-    assert not table["refine"].any()
+    assert not table["optimize"].any()
 
 
 def test_figures_are_those_of_single_fits(table, mask):
-    single = heartgen.personalize(mask, lod=2, elements=(1, 8, 4), refine=False)
+    single = heartgen.personalize(mask, lod=2, elements=(1, 8, 4), optimize=False)
     row = table.iloc[3]
     assert row["error_mean"] == pytest.approx(single.report.accuracy.mean, rel=1e-9)
     assert row["q_mean"] == pytest.approx(single.report.quality.mean, rel=1e-9)
@@ -43,7 +43,7 @@ def test_a_level_that_does_not_exist_is_refused_before_any_work(mask):
 
 
 def test_a_combination_that_fails_is_told_and_the_others_are_there(mask):
-    found = sweep(mask, lod=1, refine=False, elements=[(1, 12, 6), (1, 1, 1)])
+    found = sweep(mask, lod=1, optimize=False, elements=[(1, 12, 6), (1, 1, 1)])
     assert [status.startswith("failed: ") for status in found["status"]] == [False, True]
 
 
@@ -68,7 +68,7 @@ def test_picture_has_a_curve_for_each_combination(table):
 
 def test_command_writes_table_and_picture_and_goes_on(hearts, tmp_path):
     command = ["sweep", str(hearts / "a.nii.gz"), "-o", str(tmp_path), "--jobs", "1"]
-    command += ["--lod", "1,2", "--set", "refine=no"]
+    command += ["--lod", "1,2", "--set", "optimize=no"]
     outcome = CliRunner().invoke(app, command)
     assert outcome.exit_code == 0, outcome.output
     assert (tmp_path / "tradeoff.png").read_bytes().startswith(b"\x89PNG")

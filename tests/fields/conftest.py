@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.solids import LAND, ellipsoid
 from heartgen import samples
-from heartgen.anatomy import Anatomy, analyse
+from heartgen.anatomy import Anatomy, analyze
 from heartgen.mesh import HexMesh
 from heartgen.options import Apex
 from heartgen.templates import biventricular_template
@@ -18,7 +18,7 @@ from heartgen.templates.lv import ellipsoid_mesh
 def oval(apex: Apex) -> HexMesh:
     """An oval, bent cup."""
     shape = TruncatedEllipsoid(
-        centre=np.array([3.0, -2.0]),
+        center=np.array([3.0, -2.0]),
         lean=np.array([0.1, -0.05]),
         section=np.array([[22.0, 1.0], [1.0, 19.0]]),
         axis=55.0,
@@ -52,7 +52,7 @@ def biv_sample() -> samples.Sample:
 
 @pytest.fixture(scope="session")
 def biv_anatomy(biv_sample: samples.Sample) -> Anatomy:
-    return analyse(biv_sample.mask)
+    return analyze(biv_sample.mask)
 
 
 @pytest.fixture(scope="session")

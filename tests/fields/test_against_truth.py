@@ -29,8 +29,9 @@ FIBERS = {"ideal": 1.0, "lifelike": 2.0, "tilted": 2.0, "biv": 4.0}
 with its insertion, where truth goes around in parallel to the base."""
 
 NORMALS = 0.2, 1.3
-"""What refined normals may be farther off than the unrefined ones, degrees: mean, 95 %. Registered
-at a coarse level, a phantom is as smooth as its template, and has none of its mask's noise."""
+"""What optimized normals may be farther off than the unoptimized ones, degrees: mean, 95 %.
+Registered at a coarse level, a phantom is as smooth as its template, and has none of its mask's
+noise."""
 
 MOST_IDEAL = 3.0
 """Angle below which 95 % of the fibers of the ideal phantom are, degrees."""
@@ -42,48 +43,48 @@ def sample_of(name: str) -> Sample:
 
 
 @cache
-def compared(name: str, refine: bool) -> Comparison:
+def compared(name: str, optimize: bool) -> Comparison:
     sample = sample_of(name)
-    mesh = heartgen.personalize(sample.mask, lod=LEVEL, refine=refine).mesh
+    mesh = heartgen.personalize(sample.mask, lod=LEVEL, optimize=optimize).mesh
     return compare(mesh, sample.truth)
 
 
-both = pytest.mark.parametrize("refine", [False, True], ids=["unrefined", "refined"])
+both = pytest.mark.parametrize("optimize", [False, True], ids=["unoptimized", "optimized"])
 every = pytest.mark.parametrize("name", FIBERS)
 
 
 @both
 @every
-def test_fibers_are_the_true_ones(name: str, refine: bool) -> None:
-    found = compared(name, refine)
+def test_fibers_are_the_true_ones(name: str, optimize: bool) -> None:
+    found = compared(name, optimize)
     assert mean(found.fibers, found.weights) < FIBERS[name]
 
 
 @both
-def test_nearly_all_fibers_of_the_ideal_phantom_are_the_true_ones(refine: bool) -> None:
-    found = compared("ideal", refine)
+def test_nearly_all_fibers_of_the_ideal_phantom_are_the_true_ones(optimize: bool) -> None:
+    found = compared("ideal", optimize)
     assert percentile(found.fibers, found.weights) < MOST_IDEAL
 
 
 @every
-def test_refined_normals_are_no_worse(name: str) -> None:
-    before, after = (compared(name, refine) for refine in (False, True))
+def test_optimized_normals_are_no_worse(name: str) -> None:
+    before, after = (compared(name, optimize) for optimize in (False, True))
     for figure, more in zip((mean, percentile), NORMALS, strict=True):
         assert figure(after.normals, after.areas) < figure(before.normals, before.areas) + more
 
 
 @both
 @every
-def test_segments_are_the_true_ones(name: str, refine: bool) -> None:
-    found = compared(name, refine)
+def test_segments_are_the_true_ones(name: str, optimize: bool) -> None:
+    found = compared(name, optimize)
     assert found.agreement > 0.95
     assert found.segment[found.clear].all()
 
 
 @both
 @every
-def test_coordinates_are_the_true_ones(name: str, refine: bool) -> None:
-    found = compared(name, refine)
+def test_coordinates_are_the_true_ones(name: str, optimize: bool) -> None:
+    found = compared(name, optimize)
     own = found.left[found.own]
     assert mean(found.longitudinal, own) < 0.02
     assert percentile(found.longitudinal, own) < 0.04

@@ -10,14 +10,14 @@ from scipy.spatial.transform import Rotation
 
 from heartgen.errors import InputError, MeshError
 from heartgen.fields import FIELDS, heart_axes, make_fields
-from heartgen.fields.catalogue import FIBRE, SHEET, SHEET_NORMAL
+from heartgen.fields.catalog import FIBER, SHEET, SHEET_NORMAL
 from heartgen.fields.frames import at_pole, wall_frames
-from heartgen.fields.patch import patch_of
+from heartgen.fields.patch_coordinates import patch_of
 from heartgen.mesh import HexMesh
 from heartgen.mesh.bernstein import lattice
+from heartgen.mesh.connectivity import generic_mesh, merge_coincident
 from heartgen.mesh.field import MeshField
-from heartgen.mesh.sharing import coincident, probe
-from heartgen.mesh.surfaces import face_coefficients
+from heartgen.mesh.surface_faces import face_coefficients
 
 
 def by_name(mesh: HexMesh, *names: str, **options) -> dict[str, MeshField]:
@@ -27,7 +27,7 @@ def by_name(mesh: HexMesh, *names: str, **options) -> dict[str, MeshField]:
 def jump(mesh: HexMesh, values: np.ndarray, off_pole: bool = False) -> float:
     """Largest difference of values (e, 64, ...) between elements that share a lattice point."""
     shared = ~at_pole(mesh) if off_pole else np.ones(values.shape[:2], dtype=bool)
-    number, first = coincident(probe(mesh.topology).evaluate(lattice())[shared])
+    number, first = merge_coincident(generic_mesh(mesh.topology).evaluate(lattice())[shared])
     assert len(first) < len(number)
     return float(np.abs(values[shared] - values[shared][first][number]).max())
 
@@ -47,7 +47,7 @@ def test_coordinates_have_their_ranges_and_ends(mesh: HexMesh) -> None:
     assert np.abs(on(mesh, fields["transmural"], surfaces["lv_endo"])).max() < 1e-12
     assert np.abs(on(mesh, fields["transmural"], surfaces["epi"]) - 1).max() < 1e-12
     assert np.abs(on(mesh, fields["longitudinal"], surfaces["base"]) - 1).max() < 1e-12
-    lowest = surfaces.get("apex", mesh.topology.collapsed)
+    lowest = surfaces.get("apical_rim", mesh.topology.collapsed)
     assert not np.any(on(mesh, fields["longitudinal"], lowest))
     angle = fields["circumferential"].values[~at_pole(mesh)]
     assert np.abs(angle).max() < 2 * np.pi
@@ -68,7 +68,7 @@ def test_thickness_jumps_only_where_the_ventricles_meet(lv: HexMesh, biv: HexMes
     values = by_name(biv, "thickness")["wall thickness"].values.copy()
     assert np.median(values[free]) < 0.6 * np.median(values)
     values[free] = np.nan
-    number, first = coincident(probe(biv.topology).evaluate(lattice()).reshape(-1, 3))
+    number, first = merge_coincident(generic_mesh(biv.topology).evaluate(lattice()).reshape(-1, 3))
     assert np.nanmax(np.abs(values.ravel() - values.ravel()[first][number])) < 1e-9
 
 
@@ -90,11 +90,11 @@ def test_fields_move_with_the_heart(mesh: HexMesh) -> None:
     turn = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
     affine = np.eye(4)
     affine[:3, :3], affine[:3, 3] = turn, [30.0, -12.0, 5.0]
-    septum = heart_axes(mesh).septal
-    before = by_name(mesh, septum=septum)
-    after = by_name(mesh.transformed(affine), septum=turn @ septum)
+    septal_direction = heart_axes(mesh).septal
+    before = by_name(mesh, septal_direction=septal_direction)
+    after = by_name(mesh.transformed(affine), septal_direction=turn @ septal_direction)
     for name, field in before.items():
-        turns = name in (FIBRE, SHEET, SHEET_NORMAL)
+        turns = name in (FIBER, SHEET, SHEET_NORMAL)
         values = field.values @ turn.T if turns else field.values
         assert np.abs(after[name].values - values).max() < 1e-6, name
 
@@ -115,8 +115,8 @@ def test_directions_turn_around_the_middle_of_a_patch(name: str, request) -> Non
     assert patch.side == 3
     points = mesh.lagrange_points()[patch.elements]
     away = patch.radius(lattice()) > 0.5
-    centre = points.reshape(-1, 3).mean(0)
-    around = np.cross(axes.longitudinal, points - centre)
+    center = points.reshape(-1, 3).mean(0)
+    around = np.cross(axes.longitudinal, points - center)
     around /= np.linalg.norm(around, axis=-1, keepdims=True)
     found = wall_frames(mesh)[patch.elements][..., 0]
     cosine = np.einsum("eqx,eqx->eq", found, around)[away]
@@ -142,14 +142,14 @@ def test_the_patch_goes_on_where_the_ring_ends(patched: HexMesh) -> None:
 def test_names_choose_and_wrong_ones_are_refused(lv: HexMesh) -> None:
     assert set(by_name(lv, "aha")) == {"aha segment"}
     assert len(by_name(lv)) == sum(len(make_fields(lv, [name])) for name in FIELDS)
-    with pytest.raises(InputError, match="choose among coordinates, aha, fibres"):
+    with pytest.raises(InputError, match="choose among coordinates, aha, fibers"):
         make_fields(lv, ["strain"])
 
 
 @pytest.mark.parametrize("direction", [(0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (np.nan, 0.0, 0.0)])
 def test_direction_that_tells_nothing_is_refused(land: HexMesh, direction) -> None:
     with pytest.raises(MeshError, match="does not tell where the septum is"):
-        make_fields(land, septum=direction)
+        make_fields(land, septal_direction=direction)
 
 
 def test_axes_of_a_ventricle_alone_are_assumed_or_given(land: HexMesh) -> None:

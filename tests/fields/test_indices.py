@@ -10,8 +10,8 @@ import pytest
 from benchmarks.solids import cut_volume, ellipsoid
 from heartgen.errors import MeshError
 from heartgen.fields.indices import DENSITY, clinical_indices
-from heartgen.fields.motion import global_strains
 from heartgen.fields.rims import basal_rim, enclosed_cavity, rims
+from heartgen.fields.strains import global_strains
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import volume
 
@@ -54,7 +54,7 @@ def test_indices_do_not_depend_on_pose(biv: HexMesh) -> None:
 def test_rims_are_where_surfaces_end(biv: HexMesh, land: HexMesh) -> None:
     (rim,) = rims(land, land.topology.surfaces["lv_endo"])
     assert np.linalg.norm(rim.area) == pytest.approx(np.pi * 49 * (1 - 25 / 289), rel=1e-3)
-    assert rim.centre == pytest.approx([0, 0, 5], abs=1e-3)
+    assert rim.center == pytest.approx([0, 0, 5], abs=1e-3)
     assert len(rims(biv, biv.topology.surfaces["rv_endo"])) == 1
     assert len(rims(biv, biv.topology.surfaces["base"])) == 3
     assert rims(land, land.topology.external) == []
@@ -69,7 +69,7 @@ def test_cavity_with_a_hole_is_closed_by_a_flat_lid(land: HexMesh) -> None:
     cap = cut_volume(7, 17, edge)
     lost = enclosed_cavity(land, "lv_endo") - enclosed_cavity(holed, "lv_endo")
     assert lost == pytest.approx(cap, rel=0.01)
-    assert basal_rim(holed, "lv_endo").centre == pytest.approx([0, 0, 5], abs=1e-3)
+    assert basal_rim(holed, "lv_endo").center == pytest.approx([0, 0, 5], abs=1e-3)
 
 
 def test_surface_that_does_not_reach_the_base_is_refused(land: HexMesh) -> None:

@@ -14,7 +14,7 @@ import pytest
 import scipy.sparse as sp
 
 from heartgen import samples
-from heartgen.anatomy import Anatomy, analyse
+from heartgen.anatomy import Anatomy, analyze
 from heartgen.mesh import HexMesh
 from heartgen.mesh.hermite import cup_topology
 from heartgen.options import Apex
@@ -32,7 +32,7 @@ HOLE = 4.0
 @cache
 def anatomy(ventricles: str) -> Anatomy:
     mask = samples.lifelike_lv(2.5).mask if ventricles == "lv" else samples.biv(2.5).mask
-    return analyse(mask, "auto", ventricles)  # type: ignore[arg-type]
+    return analyze(mask, "auto", ventricles)  # type: ignore[arg-type]
 
 
 @pytest.fixture(scope="session", params=HEARTS, ids=[" ".join(heart) for heart in HEARTS])
@@ -63,7 +63,7 @@ def cup(name: str, apex: str = "collapsed") -> HexMesh:
     """A cup, tilted and slightly uneven so that no two places or derivatives agree by symmetry."""
     elements, pieces = CUPS[name]
     shape = TruncatedEllipsoid(
-        centre=np.zeros(2),
+        center=np.zeros(2),
         lean=np.array([0.1, -0.05]),
         section=np.array([[22.0, 1.0], [1.0, 20.0]]),
         axis=60.0,
@@ -129,7 +129,7 @@ def bricks(turned: HexMesh) -> HexMesh:
 @pytest.fixture(scope="session")
 def biv() -> HexMesh:
     """Both ventricles."""
-    return biventricular_template(analyse(samples.biv(2.5).mask, "auto", "biv"), (2, 12, 8))
+    return biventricular_template(analyze(samples.biv(2.5).mask, "auto", "biv"), (2, 12, 8))
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""What tests of formats of simple cells share: fields, files, and a comparison by VTK."""
+"""What tests of linear or quadratic cells share: fields, files, and a comparison by VTK."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MESHIO = {
 }
 """Kind of each of meshio's cells, whose nodes are in VTK's order."""
 
-FIBRES = "fibre"
+FIBERS = "fiber"
 
 
 def fields_of(mesh):
@@ -33,7 +33,7 @@ def fields_of(mesh):
     return (
         MeshField("height", places[..., 2:]),
         MeshField("segment", np.arange(mesh.n_elements)),
-        MeshField(FIBRES, along / np.linalg.norm(along, axis=-1, keepdims=True)),
+        MeshField(FIBERS, along / np.linalg.norm(along, axis=-1, keepdims=True)),
     )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from heartgen.formats import FORMATS, file_name, write_mesh
-from heartgen.formats.resampling.writing import CellFormat
+from heartgen.formats.resampling.cell_files import CellFormat
 from heartgen.mesh.jacobian import volume
 from heartgen.mesh.quadrature import EXACT, gauss_cube
 
@@ -20,8 +20,8 @@ from .simple import MESHIO, written
 from .test_foreign import READERS, gmsh_ends  # noqa: F401 - ends Gmsh after every test
 from .test_solver_formats import VTK_FROM_CHEART
 
-METRES = 1e9
-"""mm^3 in a cubic metre, glTF's."""
+METERS = 1e9
+"""mm^3 in a cubic meter, glTF's."""
 
 
 def by_meshio(files):
@@ -54,7 +54,7 @@ def by_trimesh(files):
     trimesh = pytest.importorskip("trimesh")
     whole = trimesh.load(files[0], force="mesh", process=False)
     whole.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=8)
-    return whole.volume * (METRES if files[0].suffix == ".glb" else 1)
+    return whole.volume * (METERS if files[0].suffix == ".glb" else 1)
 
 
 def as_opencarp(files):

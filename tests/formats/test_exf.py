@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from heartgen.errors import MeshError
 from heartgen.formats import write_exf
 from heartgen.mesh.quadrature import gauss_cube
-from heartgen.mesh.surfaces import evaluate_faces
+from heartgen.mesh.surface_faces import evaluate_faces
 
 Context = pytest.importorskip("cmlibs.zinc.context").Context
 Node = pytest.importorskip("cmlibs.zinc.node").Node

@@ -75,15 +75,15 @@ def test_meshes_are_whole_or_not_there(usual, tmp_path):
 LIMIT = 3000
 folder = Path(sys.argv[1])
 mesh = read_mesh(folder / "mesh.exf")
-fibre = MeshField("fibre", np.tile([1.0, 0.0, 0.0], (mesh.n_elements, 64, 1)))
+fiber = MeshField("fiber", np.tile([1.0, 0.0, 0.0], (mesh.n_elements, 64, 1)))
 for name in FORMATS:
     if name == "fieldml":
         continue
     path = folder / name / file_name("heart", name)
-    files = write_mesh(mesh, path, [fibre], name).files
+    files = write_mesh(mesh, path, [fiber], name).files
     for file in files:
         file.write_text("as it was")
-    tried(write_mesh, mesh, path, [fibre], name)
+    tried(write_mesh, mesh, path, [fiber], name)
     there = sorted(file for file in path.parent.iterdir())
     untouched = all(file.read_text() == "as it was" for file in there)
     print(name, "untouched" if untouched and there == sorted(files) else there)

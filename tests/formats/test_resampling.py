@@ -1,4 +1,4 @@
-"""Meshes resampled to simple cells."""
+"""Meshes resampled to linear or quadratic cells."""
 
 from __future__ import annotations
 
@@ -50,10 +50,10 @@ def test_shape_functions_are_those_of_vtk(kind):
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
 def test_faces_look_outwards(kind):
-    centre = kind.reference[: kind.vertices].mean(0)
+    center = kind.reference[: kind.vertices].mean(0)
     for face in kind.faces:
         a, b, c = kind.reference[list(face[:3])]
-        assert np.cross(b - a, c - b) @ (a - centre) > 0
+        assert np.cross(b - a, c - b) @ (a - center) > 0
 
 
 @pytest.mark.parametrize("name", ["hex8", "wedge6", "tet4"])
@@ -67,7 +67,7 @@ def test_scaled_jacobian_is_that_of_verdict(name):
     grid = pv.UnstructuredGrid(conn, np.full(20, TYPES[name][0]), points.reshape(-1, 3))
     theirs = np.asarray(grid.cell_quality("scaled_jacobian")["scaled_jacobian"])
     ours = scaled_jacobian(kind, points)
-    if name == "hex8":  # Verdict also looks at the centre of a hexahedron
+    if name == "hex8":  # Verdict also looks at the center of a hexahedron
         assert (theirs <= ours + 1e-9).all()
         ours, theirs = ours[theirs > ours - 1e-3], theirs[theirs > ours - 1e-3]
         assert len(ours) > 10
@@ -200,10 +200,10 @@ def test_fields_are_at_points_unless_they_jump(usual, kind):
 
 def test_axes_are_of_unit_length_and_independent(usual):
     cells = resample(usual, Resampling("tet4", (1, 1, 1)))
-    data = sample(cells, [MeshField("fibre", 3 * usual.lagrange_points())])
-    fibre, other = data.axes()
-    assert_allclose(np.linalg.norm(fibre, axis=1), 1, rtol=0, atol=1e-12)
-    assert_allclose(np.einsum("mx,mx->m", fibre, other), 0, rtol=0, atol=1e-12)
+    data = sample(cells, [MeshField("fiber", 3 * usual.lagrange_points())])
+    fiber, other = data.axes()
+    assert_allclose(np.linalg.norm(fiber, axis=1), 1, rtol=0, atol=1e-12)
+    assert_allclose(np.einsum("mx,mx->m", fiber, other), 0, rtol=0, atol=1e-12)
     assert sample(cells, []).axes() is None
 
 

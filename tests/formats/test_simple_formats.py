@@ -9,11 +9,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 from heartgen.errors import HeartgenError, InputError, MeshError
 from heartgen.formats import FORMATS, Resampling, file_name, write_mesh
 from heartgen.formats.resampling import fidelity
-from heartgen.formats.resampling.writing import CellFormat
+from heartgen.formats.resampling.cell_files import CellFormat
 from heartgen.mesh import MeshField
 
 from .cells import KIND_OF_TYPE
-from .simple import FIBRES, MESHIO, assert_same_cells, fields_of, written
+from .simple import FIBERS, MESHIO, assert_same_cells, fields_of, written
 
 # --- VTK and XDMF --------------------------------------------------------------------------------
 
@@ -75,7 +75,7 @@ def assert_data(point_data, cell_data, mesh, cells):
     )
     height = np.asarray(point_data["height"])[vertices]
     assert_allclose(height, cells.points[vertices, 2], rtol=0, atol=1e-9)
-    assert np.asarray(point_data[FIBRES]).shape == (len(cells.points), 3)
+    assert np.asarray(point_data[FIBERS]).shape == (len(cells.points), 3)
     for name in mesh.topology.surfaces:
         nodes = np.unique(np.concatenate([f.ravel() for f in cells.facets(name)]))
         assert_array_equal(np.flatnonzero(point_data[name]), nodes)

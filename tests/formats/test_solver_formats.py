@@ -73,10 +73,10 @@ def test_surfaces_of_abaqus_are_those_of_the_mesh(heart, kind, tmp_path):
         assert found == expected
 
 
-def test_fibres_are_an_orientation_in_abaqus(usual, tmp_path):
+def test_fibers_are_an_orientation_in_abaqus(usual, tmp_path):
     _, cells = written(usual, tmp_path, "inp", "tet4", fields_of(usual))
     lines = (tmp_path / "heart.inp").read_text().splitlines()
-    start = lines.index("*DISTRIBUTION, NAME=FIBRE_AXES, LOCATION=ELEMENT, TABLE=FIBRE_TABLE") + 2
+    start = lines.index("*DISTRIBUTION, NAME=FIBER_AXES, LOCATION=ELEMENT, TABLE=FIBER_TABLE") + 2
     rows = np.array([list(map(float, r.split(","))) for r in lines[start : start + cells.n_cells]])
     assert_array_equal(rows[:, 0], 1 + np.arange(cells.n_cells))
     assert_allclose(np.linalg.norm(rows[:, 1:4], axis=1), 1, atol=1e-12)
@@ -142,8 +142,8 @@ def test_febio_holds_axes_and_fields(usual, tmp_path):
     root = ET.parse(tmp_path / "heart.feb").getroot()
     axes = root.find(".//ElementData[@type='mat_axis']")
     assert axes.get("elem_set") == root.find(".//Elements").get("name")
-    fibre = np.array([[*map(float, e.find("a").text.split(","))] for e in axes])
-    assert_allclose(np.linalg.norm(fibre, axis=1), 1, atol=1e-12)
+    fiber = np.array([[*map(float, e.find("a").text.split(","))] for e in axes])
+    assert_allclose(np.linalg.norm(fiber, axis=1), 1, atol=1e-12)
     segment = root.find(".//ElementData[@name='segment']")
     assert [float(e.text) for e in segment] == cells.cells[0].element.tolist()
 
@@ -151,7 +151,7 @@ def test_febio_holds_axes_and_fields(usual, tmp_path):
 # --- openCARP ------------------------------------------------------------------------------------
 
 
-def test_opencarp_files_hold_the_mesh_in_micrometres(biv, tmp_path):
+def test_opencarp_files_hold_the_mesh_in_micrometers(biv, tmp_path):
     outcome, cells = written(biv, tmp_path, "pts", "tet4", fields_of(biv))
     points = np.loadtxt(tmp_path / "heart.pts", skiprows=1)
     table = [line.split() for line in (tmp_path / "heart.elem").read_text().splitlines()]
@@ -171,7 +171,7 @@ def test_opencarp_files_hold_the_mesh_in_micrometres(biv, tmp_path):
     assert "no place for the fields height, segment" in outcome.notes[1]
 
 
-def test_opencarp_gets_no_fibres_if_there_are_none(usual, tmp_path):
+def test_opencarp_gets_no_fibers_if_there_are_none(usual, tmp_path):
     outcome, _ = written(usual, tmp_path, "pts", "tet4")
     assert ".lon" not in {file.suffix for file in outcome.files}
 

@@ -93,7 +93,7 @@ def test_readers_of_every_age_take_the_same_order(usual, tmp_path):
     assert tuple(map(int, version.split("."))) >= (2, 1)
 
 
-def test_neighbours_share_points_and_the_pole_stays_apart(mesh, written):
+def test_neighbors_share_points_and_the_pole_stays_apart(mesh, written):
     grid = written(mesh)
     radial, around, along = mesh.topology.shape
     assert grid.GetNumberOfPoints() == (3 * radial + 1) * (3 * around) * (3 * along + 1)

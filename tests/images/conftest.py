@@ -1,4 +1,4 @@
-"""A small cup-shaped heart and a labelled one, and ways to save them with others' writers."""
+"""A small cup-shaped heart and a labeled one, and ways to save them with others' writers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Heart:
     """Both ventricles made of spheres, cut at z = 0, with the exact distance to the right pool."""
 
     lv_pool, lv_wall = 20.0, 30.0  # radii around the origin, mm
-    rv_pool, rv_at = 30.0, -22.0  # radius, and x of the centre; the left ventricle dents it
+    rv_pool, rv_at = 30.0, -22.0  # radius, and x of the center; the left ventricle dents it
     corners = np.array([[x, y, z] for x in (-58, 36) for y in (-38, 38) for z in (-38, 16)])
     acdc: ClassVar = {"rv_pool": 1, "lv_myocardium": 2, "lv_pool": 3, "rv_openings": 7}
 
@@ -69,7 +69,7 @@ class Heart:
 
 @pytest.fixture(scope="session")
 def heart() -> Heart:
-    """A labelled heart."""
+    """A labeled heart."""
     return Heart()
 
 

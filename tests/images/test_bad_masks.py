@@ -123,13 +123,13 @@ def complex_numbers_nrrd(folder, cup):
     return folder / "m.nrrd"
 
 
-@bad("colours or vectors")
-def colours(folder, cup):
+@bad("colors or vectors")
+def colors(folder, cup):
     rgb = np.zeros(cup.shape, dtype=[("R", "u1"), ("G", "u1"), ("B", "u1")])
     return folder.nifti(rgb)
 
 
-@bad("colours or vectors")
+@bad("colors or vectors")
 def vectors(folder, cup):
     image = SimpleITK.GetImageFromArray(np.stack([cup.T] * 3, axis=-1), isVector=True)
     SimpleITK.WriteImage(image, str(folder / "m.mha"))
@@ -157,13 +157,13 @@ def zero_spacing_nrrd(folder, cup):
 
 
 @bad("500 x 500 x 500 mm is not possible")
-def half_metre_voxels(folder, cup):
+def half_meter_voxels(folder, cup):
     nib.save(nib.Nifti1Image(cup, np.diag([500, 500, 500, 1])), folder / "m.nii")
     return folder / "m.nii"
 
 
 @bad("1e-06 mm is not possible")
-def nanometre_voxels(folder, cup):
+def nanometer_voxels(folder, cup):
     nib.save(nib.Nifti1Image(cup, np.diag([1e-6, 1e-6, 1e-6, 1])), folder / "m.nii")
     return folder / "m.nii"
 

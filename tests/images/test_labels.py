@@ -35,12 +35,12 @@ def image(heart):
 
 @pytest.fixture
 def acdc(image, save):
-    """File of a heart labelled as in ACDC."""
+    """File of a heart labeled as in ACDC."""
     affine, labels = image
     return save(labels, affine, "heart.nii.gz")
 
 
-def relabelled(labels, numbers):
+def relabeled(labels, numbers):
     """ACDC labels with other numbers for right pool, left wall and left pool."""
     return np.array([0, *numbers], dtype=np.int16)[labels]
 
@@ -56,7 +56,7 @@ def test_every_scheme_gives_the_same_heart(name, given, image, save, acdc):
         "mapping": roles,
         "Scheme": Scheme("own", **{role: (number,) for role, number in roles.items()}),
     }[given]
-    mask = read_labels(save(relabelled(labels, NUMBERS[name]), affine, "other.nrrd"), scheme)
+    mask = read_labels(save(relabeled(labels, NUMBERS[name]), affine, "other.nrrd"), scheme)
     expected = read_labels(acdc, "acdc")
     np.testing.assert_array_equal(mask.voxels, expected.voxels)
     np.testing.assert_allclose(mask.affine, expected.affine, atol=1e-4)
@@ -89,7 +89,7 @@ def test_labels_scaled_into_bytes(image, acdc, tmp_path):
 
 def test_labels_farther_from_whole_numbers_are_none(image, save):
     affine, labels = image
-    path = save(labels * np.float32(1.01), affine, "grey.nii.gz")
+    path = save(labels * np.float32(1.01), affine, "gray.nii.gz")
     with pytest.raises(InputError, match="not a mask"):
         read_labels(path, "acdc")
 
@@ -107,11 +107,11 @@ def test_which_ventricles(image, save, acdc):
     no_right = save(np.where(labels == 1, 0, labels), affine, "left.nii")
     for scheme in ("acdc", "auto", {"lv_myocardium": 2, "lv_pool": 3}, {"lv_myocardium": 2}):
         np.testing.assert_array_equal(read_labels(no_right, scheme).voxels, left.voxels)
-    with pytest.raises(InputError, match=r"No right ventricle is labelled .* 2 \(\d+ voxels\)"):
+    with pytest.raises(InputError, match=r"No right ventricle is labeled .* 2 \(\d+ voxels\)"):
         read_labels(no_right, "acdc", ventricles="biv")
 
 
-def test_labelled_right_wall_is_taken_as_it_is(image, save, acdc):
+def test_labeled_right_wall_is_taken_as_it_is(image, save, acdc):
     affine, labels = image
     both = read_labels(acdc, "acdc", rv_wall=5.0)
     origin = np.rint(np.linalg.solve(affine, both.affine[:, 3]))[:3].astype(int)
@@ -224,7 +224,7 @@ def spoilt(labels, kind):
     return {
         "frames": np.stack([labels] * 3, axis=-1),
         "empty": 0 * labels,
-        "grey": labels * np.linspace(0.1, 0.9, labels.shape[2], dtype=np.float32),
+        "gray": labels * np.linspace(0.1, 0.9, labels.shape[2], dtype=np.float32),
         "nan": np.where(np.indices(labels.shape)[0] == 0, np.nan, labels.astype(np.float32)),
     }[kind]
 
@@ -234,7 +234,7 @@ def spoilt(labels, kind):
     [
         ("frames", "3 frames"),
         ("empty", "holds only 0"),
-        ("grey", "not a mask.*different values"),
+        ("gray", "not a mask.*different values"),
         ("nan", "NaN or infinity"),
     ],
 )

@@ -20,7 +20,7 @@ FLOAT32_MM = 1e-4  # rounding of NIfTI's float32 transforms over 300 mm
 
 
 def world_points(mask: Mask) -> np.ndarray:
-    """Centres of the voxels of the heart, in an order that does not depend on the indexing."""
+    """Centers of the voxels of the heart, in an order that does not depend on the indexing."""
     points = mask.to_world(np.argwhere(mask.voxels).astype(float))
     return points[np.lexsort(np.round(points, 2).T)]
 

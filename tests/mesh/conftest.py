@@ -16,7 +16,7 @@ SHAPES = [(1, 12, 6), (2, 9, 4), (1, 3, 1), (3, 5, 2)]
 def oval() -> TruncatedEllipsoid:
     """A lean, oval, bent cup."""
     return TruncatedEllipsoid(
-        centre=np.array([3.0, -2.0]),
+        center=np.array([3.0, -2.0]),
         lean=np.array([0.1, -0.05]),
         section=np.array([[22.0, 1.0], [1.0, 19.0]]),
         axis=55.0,

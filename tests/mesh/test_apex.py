@@ -7,13 +7,13 @@ import pytest
 
 from heartgen.errors import MeshError
 from heartgen.mesh import HexMesh
-from heartgen.mesh.biventricular import Opening, biventricular_topology
+from heartgen.mesh.biventricular_topology import RvAttachment, biventricular_topology
 from heartgen.mesh.grading import RowGrading
 from heartgen.mesh.hermite import cup_topology
 from heartgen.mesh.hexmesh import Topology
 from heartgen.mesh.jacobian import jacobian_ratio, volume
 from heartgen.mesh.numbering import corner_nodes
-from heartgen.mesh.surfaces import enclosed_volume, sample_faces
+from heartgen.mesh.surface_faces import enclosed_volume, sample_faces
 from heartgen.mesh.validity import certify
 from heartgen.templates.ellipsoid import TruncatedEllipsoid
 from heartgen.templates.lv import ellipsoid_mesh
@@ -28,9 +28,9 @@ CUPS = {
     "hole": ((2, 5, 3), "hole"),
 }
 BOTH = {
-    "patch": ((2, 12, 8), Opening(5, 2, 1), "patch"),
-    "patch, high opening": ((3, 8, 6), Opening(3, 4, 2), "patch"),
-    "hole": ((2, 9, 4), Opening(4, 1, 1), "hole"),
+    "patch": ((2, 12, 8), RvAttachment(5, 2, 1), "patch"),
+    "patch, high opening": ((3, 8, 6), RvAttachment(3, 4, 2), "patch"),
+    "hole": ((2, 9, 4), RvAttachment(4, 1, 1), "hole"),
 }
 
 HOLE = 6.0
@@ -124,7 +124,7 @@ def test_a_cup_meets_itself_with_prescribed_kinks_only(cup: Topology) -> None:
             rows = {int(cup.index[element, 2]) for element, _ in key}
             assert rows in ({0, 1}, {1})
     radial, around, _ = cup.shape
-    assert kinked == (0 if "apex" in cup.surfaces else radial * (around + 4))
+    assert kinked == (0 if "apical_rim" in cup.surfaces else radial * (around + 4))
 
 
 def test_corners_of_a_patch_have_one_tangent_plane() -> None:
@@ -277,7 +277,7 @@ def test_every_topology_has_the_surfaces_of_the_ellipsoid(
 @pytest.mark.slow
 def test_the_hole_has_its_radius(oval: TruncatedEllipsoid) -> None:
     mesh = ellipsoid_mesh(oval, (1, 12, 6), apex="hole", hole=HOLE)
-    rim = mesh.evaluate(np.array([[0.0, 0.0, 0.0]]))[mesh.topology.surfaces["apex"][:, 0], 0]
+    rim = mesh.evaluate(np.array([[0.0, 0.0, 0.0]]))[mesh.topology.surfaces["apical_rim"][:, 0], 0]
     radius = np.linalg.norm(rim - rim.mean(0), axis=1)
     assert radius.mean() == pytest.approx(HOLE, rel=0.01)
 
@@ -290,4 +290,4 @@ def test_a_patch_that_cannot_be_is_refused(shape: tuple[int, int, int]) -> None:
 
 def test_an_opening_into_the_patch_is_refused() -> None:
     with pytest.raises(MeshError, match="3 longitudinal"):
-        biventricular_topology((2, 12, 8), Opening(5, 1, 1), apex="patch")
+        biventricular_topology((2, 12, 8), RvAttachment(5, 1, 1), apex="patch")

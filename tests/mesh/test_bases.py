@@ -14,10 +14,10 @@ from heartgen.errors import MeshError
 from heartgen.mesh import HexMesh
 from heartgen.mesh.bases import corner_parameters, deviation, nodal_extraction
 from heartgen.mesh.bernstein import lattice
-from heartgen.mesh.biventricular import Opening, biventricular_topology
+from heartgen.mesh.biventricular_topology import RvAttachment, biventricular_topology
 from heartgen.mesh.hermite import cup_topology
 from heartgen.mesh.jacobian import volume
-from heartgen.mesh.surfaces import enclosed_volume
+from heartgen.mesh.surface_faces import enclosed_volume
 
 SAME = 1e-10
 """mm, where meshes are the same."""
@@ -25,7 +25,7 @@ SAME = 1e-10
 
 TOPOLOGIES = {
     "cup": cup_topology((2, 5, 3)),
-    "both ventricles": biventricular_topology((2, 9, 4), Opening(4, 2, 1)),
+    "both ventricles": biventricular_topology((2, 9, 4), RvAttachment(4, 2, 1)),
 }
 
 

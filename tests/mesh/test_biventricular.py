@@ -7,17 +7,17 @@ import pytest
 
 from heartgen.errors import MeshError
 from heartgen.mesh import HexMesh
-from heartgen.mesh.biventricular import Opening, biventricular_topology
+from heartgen.mesh.biventricular_topology import RvAttachment, biventricular_topology
 from heartgen.mesh.hexmesh import Topology
 from heartgen.mesh.jacobian import volume
-from heartgen.mesh.surfaces import enclosed_volume
+from heartgen.mesh.surface_faces import enclosed_volume
 
 CASES = {
-    "paper": ((2, 9, 8), Opening(4, 3, 1)),
-    "fine": ((2, 12, 8), Opening(5, 2, 1)),
-    "three layers": ((3, 16, 10), Opening(6, 3, 2)),
-    "four layers, low opening": ((4, 12, 6), Opening(4, 1, 2)),
-    "least": ((2, 6, 2), Opening(3, 1, 1)),
+    "paper": ((2, 9, 8), RvAttachment(4, 3, 1)),
+    "fine": ((2, 12, 8), RvAttachment(5, 2, 1)),
+    "three layers": ((3, 16, 10), RvAttachment(6, 3, 2)),
+    "four layers, low opening": ((4, 12, 6), RvAttachment(4, 1, 2)),
+    "least": ((2, 6, 2), RvAttachment(3, 1, 1)),
 }
 
 PLACES = np.vstack([[0.5, 0.5], np.random.default_rng(2).uniform(size=(5, 2))])
@@ -26,7 +26,7 @@ PLACES_INSIDE = np.random.default_rng(3).uniform(size=(7, 3))
 
 
 @pytest.fixture(params=CASES, ids=CASES.get)
-def case(request: pytest.FixtureRequest) -> tuple[Opening, Topology]:
+def case(request: pytest.FixtureRequest) -> tuple[RvAttachment, Topology]:
     shape, opening = CASES[request.param]
     return opening, biventricular_topology(shape, opening)
 
@@ -62,7 +62,7 @@ def shared(mesh: HexMesh) -> tuple[list[list[tuple[int, int]]], dict]:
 
 
 def test_faces_that_belong_to_one_element_are_the_named_ones(
-    case: tuple[Opening, Topology],
+    case: tuple[RvAttachment, Topology],
 ) -> None:
     _, topology = case
     groups, _ = shared(random_mesh(topology))
@@ -72,7 +72,7 @@ def test_faces_that_belong_to_one_element_are_the_named_ones(
 
 @pytest.mark.parametrize("straight", [False, True])
 def test_continuous_everywhere_and_smooth_away_from_the_insertion_line(
-    case: tuple[Opening, Topology], straight: bool
+    case: tuple[RvAttachment, Topology], straight: bool
 ) -> None:
     opening, topology = case
     mesh = random_mesh(topology)
@@ -100,7 +100,7 @@ def test_continuous_everywhere_and_smooth_away_from_the_insertion_line(
             assert beside, (element, face)
 
 
-def test_constant_and_straightening(case: tuple[Opening, Topology]) -> None:
+def test_constant_and_straightening(case: tuple[RvAttachment, Topology]) -> None:
     _, topology = case
     np.testing.assert_allclose(topology.extraction @ topology.constant, 1, atol=1e-14)
     s = topology.straightening
@@ -115,7 +115,7 @@ def test_constant_and_straightening(case: tuple[Opening, Topology]) -> None:
             np.testing.assert_array_equal(a[face][0], b[face][0])
 
 
-def test_straight_elements_are_straight_across(case: tuple[Opening, Topology]) -> None:
+def test_straight_elements_are_straight_across(case: tuple[RvAttachment, Topology]) -> None:
     opening, topology = case
     mesh = random_mesh(topology)
     mesh = mesh.with_dofs(topology.straightening @ mesh.dofs)
@@ -128,13 +128,13 @@ def test_straight_elements_are_straight_across(case: tuple[Opening, Topology]) -
     assert opening.septal_layers >= 1
 
 
-def test_volume_by_two_routes(case: tuple[Opening, Topology]) -> None:
+def test_volume_by_two_routes(case: tuple[RvAttachment, Topology]) -> None:
     _, topology = case
     mesh = random_mesh(topology)
     assert volume(mesh) == pytest.approx(enclosed_volume(mesh), rel=1e-9, abs=1e-9)
 
 
-def test_refined_geometry_and_names(case: tuple[Opening, Topology]) -> None:
+def test_refined_geometry_and_names(case: tuple[RvAttachment, Topology]) -> None:
     _, topology = case
     mesh = random_mesh(topology)
     fine = mesh.refined(radial=2, circumferential=1, longitudinal=2)
@@ -154,14 +154,14 @@ def test_refined_geometry_and_names(case: tuple[Opening, Topology]) -> None:
 @pytest.mark.parametrize(
     ("shape", "opening"),
     [
-        ((1, 12, 8), Opening(4, 2, 1)),
-        ((2, 5, 8), Opening(3, 2, 1)),
-        ((2, 12, 8), Opening(10, 2, 1)),
-        ((2, 12, 8), Opening(4, 0, 1)),
-        ((2, 12, 8), Opening(4, 8, 1)),
-        ((2, 12, 8), Opening(4, 2, 2)),
+        ((1, 12, 8), RvAttachment(4, 2, 1)),
+        ((2, 5, 8), RvAttachment(3, 2, 1)),
+        ((2, 12, 8), RvAttachment(10, 2, 1)),
+        ((2, 12, 8), RvAttachment(4, 0, 1)),
+        ((2, 12, 8), RvAttachment(4, 8, 1)),
+        ((2, 12, 8), RvAttachment(4, 2, 2)),
     ],
 )
-def test_too_coarse_meshes_are_refused(shape: tuple[int, int, int], opening: Opening) -> None:
+def test_too_coarse_meshes_are_refused(shape: tuple[int, int, int], opening: RvAttachment) -> None:
     with pytest.raises(MeshError, match="two ventricles"):
         biventricular_topology(shape, opening)

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from heartgen.mesh import HexMesh
 from heartgen.mesh.closest import closest_points
-from heartgen.mesh.surfaces import evaluate_faces, sample_faces, tessellate
+from heartgen.mesh.surface_faces import evaluate_faces, sample_faces, tessellate
 from heartgen.templates.ellipsoid import TruncatedEllipsoid
 from heartgen.templates.lv import ellipsoid_mesh
 

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from heartgen.errors import MeshError
 from heartgen.mesh import MeshField
 from heartgen.mesh.bernstein import lattice
-from heartgen.mesh.surfaces import field_on_faces
+from heartgen.mesh.surface_faces import field_on_faces
 
 
 def test_between_the_lattice_a_field_is_cubic() -> None:

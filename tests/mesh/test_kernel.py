@@ -22,7 +22,7 @@ from heartgen.mesh.hermite import cup_topology
 from heartgen.mesh.jacobian import determinants, jacobian_ratio, scaled_jacobian, volume
 from heartgen.mesh.projection import projector
 from heartgen.mesh.quadrature import gauss, gauss_cube
-from heartgen.mesh.surfaces import enclosed_volume, evaluate_faces, surface_area
+from heartgen.mesh.surface_faces import enclosed_volume, evaluate_faces, surface_area
 
 unit = st.floats(0, 1)
 
@@ -79,12 +79,12 @@ def test_wall_is_c1_across_every_interior_face(disturbed: HexMesh) -> None:
     n_r, n_c, n_l = disturbed.topology.shape
     pairs = 0
     for (r, c, s), e in index.items():
-        neighbours = (
+        neighbors = (
             ((r, (c + 1) % n_c, s), 0),
             ((r, c, s + 1) if s + 1 < n_l else None, 1),
             ((r + 1, c, s) if r + 1 < n_r else None, 2),
         )
-        for other, axis in neighbours:
+        for other, axis in neighbors:
             if other is None:
                 continue
             here = np.insert(np.stack([u, v], -1), axis, 1.0, axis=1)
@@ -139,10 +139,10 @@ def test_area_of_a_graded_wall_does_not_depend_on_the_grading(cup: HexMesh) -> N
 
 
 def test_faces_point_outward(cup: HexMesh) -> None:
-    centre = np.array([[0.5, 0.5]])
+    center = np.array([[0.5, 0.5]])
     middle = cup.evaluate(np.full((1, 3), 0.5))[:, 0]
     for faces in cup.topology.surfaces.values():
-        points, area = evaluate_faces(cup, faces, centre)
+        points, area = evaluate_faces(cup, faces, center)
         outward = np.einsum("fx,fx->f", points[:, 0] - middle[faces[:, 0]], area[:, 0])
         assert (outward > 0).all()
 

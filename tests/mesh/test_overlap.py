@@ -12,14 +12,14 @@ import scipy.sparse as sp
 from scipy.spatial.transform import Rotation
 
 from heartgen import samples
-from heartgen.anatomy import analyse
+from heartgen.anatomy import analyze
 from heartgen.mesh import HexMesh
 from heartgen.mesh.bernstein import lattice
 from heartgen.mesh.closest import closest_points
 from heartgen.mesh.hermite import cup_topology
 from heartgen.mesh.overlap import _crossed, overlapping
-from heartgen.mesh.pieces import apart, split, whole_faces
-from heartgen.mesh.surfaces import face_control, sample_faces
+from heartgen.mesh.subdivisions import apart, split, whole_faces
+from heartgen.mesh.surface_faces import face_control, sample_faces
 from heartgen.mesh.triangles import quads_cross
 from heartgen.mesh.validity import certify, certify_jacobian
 from heartgen.templates.biventricular import biventricular_template
@@ -205,7 +205,7 @@ def test_good_meshes_are_free_of_alarms(cup: HexMesh, disturbed: HexMesh) -> Non
 
 @pytest.mark.parametrize("make", [samples.ideal_cup, samples.lifelike_lv, samples.biv])
 def test_templates_cross_only_where_they_fold(make: Callable[[float], samples.Sample]) -> None:
-    anatomy = analyse(make(COARSE).mask)
+    anatomy = analyze(make(COARSE).mask)
     for apex in ("collapsed", "hole", "patch"):
         hole = HOLE if apex == "hole" else 0.0
         if anatomy.rv is None:

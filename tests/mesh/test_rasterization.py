@@ -25,7 +25,7 @@ SPACING = np.array([1.5, 2.0, 2.5])
 def sphere_cup(apex="collapsed"):
     """Half of a thick spherical shell, of radii 20 and 30 mm, or nearly so."""
     shape = TruncatedEllipsoid(
-        centre=np.zeros(2),
+        center=np.zeros(2),
         lean=np.zeros(2),
         section=20 * np.eye(2),
         axis=20.0,
@@ -59,18 +59,18 @@ def test_partial_volumes_sum_up_to_the_volume(cup):
     assert image.sum() * SPACING.prod() == pytest.approx(volume(cup), rel=5e-4)
 
 
-def test_voxels_are_inside_if_their_centre_is():
+def test_voxels_are_inside_if_their_center_is():
     cup = sphere_cup()
     shape, affine = around(cup)
     image = rasterize(cup, shape, affine)
     assert set(np.unique(image)) == {0, 1}
-    centres = np.moveaxis(np.indices(shape), 0, -1) * SPACING + affine[:3, 3]
+    centers = np.moveaxis(np.indices(shape), 0, -1) * SPACING + affine[:3, 3]
     points = cup.lagrange_points().reshape(-1, 3)
     base = points[:, 2].max()
-    depth = np.linalg.norm(centres - [0, 0, base], axis=-1)
-    inside = (depth > 20) & (depth < 30) & (centres[..., 2] < base)
+    depth = np.linalg.norm(centers - [0, 0, base], axis=-1)
+    inside = (depth > 20) & (depth < 30) & (centers[..., 2] < base)
     clear = np.minimum(np.abs(depth - 20), np.abs(depth - 30)) > 0.4
-    clear &= np.abs(centres[..., 2] - base) > 0.1
+    clear &= np.abs(centers[..., 2] - base) > 0.1
     assert clear.mean() > 0.8
     assert_array_equal(image[clear] > 0, inside[clear])
 
@@ -85,12 +85,12 @@ def test_every_orientation_of_the_grid_gives_the_same_image(cup):
         other[:3, 3] = affine[:3, 3] - other[:3, :3] @ np.array(ends)
         turned = rasterize(cup, tuple(shape[a] for a in axes), other)
         back = turned[tuple(slice(None, None, f) for f in flips)].transpose(np.argsort(axes))
-        # Where the surface passes within the flatness of the triangles, centres may be either.
+        # Where the surface passes within the flatness of the triangles, centers may be either.
         assert np.count_nonzero(back != image) < 2e-3 * image.sum()
 
 
 def test_corners_of_the_mesh_on_lines_of_voxels_leave_no_hole():
-    cup = sphere_cup()  # its poles, seams and rim lie on whole millimetres
+    cup = sphere_cup()  # its poles, seams and rim lie on whole millimeters
     affine = np.eye(4)
     affine[:3, 3] = np.floor(cup.lagrange_points().min((0, 1))) - [2, 2, 2.5]
     image = rasterize(cup, (70, 70, 40), affine)
@@ -113,11 +113,11 @@ def test_only_what_is_on_the_grid_is_drawn(cup):
 
 
 def test_mesh_of_both_ventricles_keeps_its_cavities_open():
-    from heartgen.anatomy import analyse
+    from heartgen.anatomy import analyze
     from heartgen.templates import biventricular_template
 
     mask = samples.biv(2.5).mask
-    mesh = biventricular_template(analyse(mask, "auto", "biv"), (2, 12, 8))
+    mesh = biventricular_template(analyze(mask, "auto", "biv"), (2, 12, 8))
     image = mesh.rasterize(mask, partial=True)
     assert image.shape == mask.voxels.shape
     assert image.sum() * np.prod(mask.spacing) == pytest.approx(volume(mesh), rel=2e-3)

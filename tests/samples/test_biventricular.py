@@ -42,9 +42,9 @@ def rooms(sample):
 
     Also checks that nothing else is empty but crumbs of the right pool, in its sharp horns.
     """
-    mask, (centre, normal) = sample.mask, sample.truth.basal_plane
+    mask, (center, normal) = sample.mask, sample.truth.basal_plane
     world = mask.to_world(np.argwhere(np.ones_like(mask.voxels)).astype(float))
-    below = ((world - centre) @ normal < 0).reshape(mask.voxels.shape)
+    below = ((world - center) @ normal < 0).reshape(mask.voxels.shape)
     labels, count = ndimage.label(below & ~mask.voxels)
     index = np.arange(1, count + 1)
     volumes = np.bincount(labels.ravel())[1:] * np.prod(mask.spacing)
@@ -89,7 +89,7 @@ def test_volumes_of_pool_and_wall_converge_with_the_voxels():
 
 
 def test_area_of_the_base_is_that_of_the_highest_slice():
-    """Pixel by pixel on the highest plane, a hundredth of a millimetre below the base."""
+    """Pixel by pixel on the highest plane, a hundredth of a millimeter below the base."""
     sample = samples.biv((0.25, 0.25, 2.0), translation=(0.0, 0.0, 1.01))
     top = np.flatnonzero(sample.mask.voxels.any(axis=(0, 1)))[-1]
     slab = sample.mask.voxels[:, :, top].sum() * 0.25**2

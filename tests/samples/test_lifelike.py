@@ -19,20 +19,20 @@ def test_lifelike_wall_tapers_from_base_to_apex(loaded):
 def test_basal_plane_and_apex_are_where_the_mask_has_them(loaded):
     for name in ("ideal", "lifelike", "tilted"):
         truth = loaded[name].truth
-        centre, normal = truth.basal_plane
+        center, normal = truth.basal_plane
         base, _ = truth.surface(500, "base")
-        assert np.abs((base - centre) @ normal).max() < 0.05
-        assert (truth.apex - centre) @ normal < -75
+        assert np.abs((base - center) @ normal).max() < 0.05
+        assert (truth.apex - center) @ normal < -75
         assert truth.distance(truth.apex[None], "endo")[0] < 1e-9
     tilt = np.degrees(np.arccos(loaded["lifelike"].truth.basal_plane[1][2]))
     assert 5 < tilt < 12
 
 
-def test_irregular_rim_rises_and_falls_by_six_millimetres(loaded):
+def test_irregular_rim_rises_and_falls_by_six_millimeters(loaded):
     truth = loaded["valves"].truth
-    centre, normal = truth.basal_plane
+    center, normal = truth.basal_plane
     base, weights = truth.surface(4000, "base")
-    height = (base - centre) @ normal
+    height = (base - center) @ normal
     assert 5 < height.max() < 6.5
     assert -6.5 < height.min() < -5
     assert abs(weights @ height / weights.sum()) < 0.5

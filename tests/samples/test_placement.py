@@ -43,8 +43,8 @@ def test_truth_moves_with_the_heart(make, seed, scale):
     assert_allclose(
         moved.distance(scale * probe @ rotation.T + shift), scale * still.distance(probe), atol=1e-6
     )
-    (centre, normal), (there_centre, there_normal) = still.basal_plane, moved.basal_plane
-    assert_allclose(there_centre, scale * rotation @ centre + shift)
+    (center, normal), (there_center, there_normal) = still.basal_plane, moved.basal_plane
+    assert_allclose(there_center, scale * rotation @ center + shift)
     assert_allclose(there_normal, rotation @ normal)
     assert_allclose(moved.apex, scale * rotation @ still.apex + shift)
     assert_allclose(moved.long_axis, rotation @ still.long_axis)

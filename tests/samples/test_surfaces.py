@@ -24,7 +24,7 @@ PARTS = [
 
 @pytest.mark.parametrize("name", ["ideal", "lifelike", "valves"])
 def test_surface_and_volumes_obey_the_divergence_theorem(name, loaded):
-    """Flux of x through the outside of the wall, with normals fitted to neighbouring samples."""
+    """Flux of x through the outside of the wall, with normals fitted to neighboring samples."""
     truth = loaded[name].truth
     flux = 0.0
     for surface in SURFACES:

@@ -29,10 +29,10 @@ def test_named_masks_have_the_true_volume(name, loaded):
 def test_cavity_volume_is_that_of_the_voxels_the_wall_and_the_base_enclose(name, loaded):
     mask, truth = loaded[name].mask, loaded[name].truth
     world = mask.to_world(np.argwhere(np.ones_like(mask.voxels)).astype(float))
-    centre, normal = truth.basal_plane
-    above = ((world - centre) @ normal > 0).reshape(mask.voxels.shape)
+    center, normal = truth.basal_plane
+    above = ((world - center) @ normal > 0).reshape(mask.voxels.shape)
     rooms, _ = ndimage.label(~(mask.voxels | above))
-    middle = np.round(mask.to_index(((centre + truth.apex) / 2)[None]))[0].astype(int)
+    middle = np.round(mask.to_index(((center + truth.apex) / 2)[None]))[0].astype(int)
     cavity = rooms == rooms[tuple(middle)]
     assert_allclose(cavity.sum() * np.prod(mask.spacing), truth.cavity_volume, rtol=2e-3)
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from heartgen import samples
-from heartgen.anatomy import Anatomy, analyse
+from heartgen.anatomy import Anatomy, analyze
 from heartgen.mesh.jacobian import jacobian_ratio
-from heartgen.mesh.surfaces import sample_faces
+from heartgen.mesh.surface_faces import sample_faces
 from heartgen.options import Apex
 from heartgen.templates import biventricular_template
 from heartgen.templates.ellipsoid import fit_ellipsoid
@@ -20,7 +20,7 @@ COARSE = 2.0
 
 @pytest.fixture(scope="module")
 def anatomy() -> Anatomy:
-    return analyse(samples.biv(COARSE).mask)
+    return analyze(samples.biv(COARSE).mask)
 
 
 @pytest.mark.parametrize("apex", ["collapsed", "hole", "patch"])

@@ -13,11 +13,11 @@ from scipy.integrate import quad
 from scipy.linalg import expm
 
 import heartgen
-from heartgen.anatomy import Anatomy, analyse
+from heartgen.anatomy import Anatomy, analyze
 from heartgen.images import Mask
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import jacobian_ratio
-from heartgen.mesh.surfaces import enclosed_volume, sample_faces
+from heartgen.mesh.surface_faces import enclosed_volume, sample_faces
 from heartgen.options import Apex
 from heartgen.templates.ellipsoid import STRAIGHT, TruncatedEllipsoid, _positive, fit_ellipsoid
 from heartgen.templates.lv import ellipsoid_mesh
@@ -30,7 +30,7 @@ SURFACES = ("lv_endo", "epi")
 
 CUP = TruncatedEllipsoid(np.zeros(2), np.zeros(2), 22 * np.eye(2), 70.0, 0.5, 10.0, 10.0)
 BENT = TruncatedEllipsoid(
-    centre=np.array([1.0, -2.0]),
+    center=np.array([1.0, -2.0]),
     lean=np.array([0.05, -0.03]),
     section=np.array([[24.0, 1.5], [1.5, 20.0]]),
     axis=70.0,
@@ -159,7 +159,7 @@ def off_axis(anatomy: Anatomy, shape: TruncatedEllipsoid) -> float:
 
 
 def test_the_endocardium_follows_a_pool_that_leaves_the_axis() -> None:
-    anatomy = analyse(swaying_cup(7.0))
+    anatomy = analyze(swaying_cup(7.0))
     shape = fit_ellipsoid(anatomy)
     assert shape.sway.any()
     assert off_axis(anatomy, shape) < off_axis(anatomy, replace(shape, sway=STRAIGHT)) - 1
@@ -169,4 +169,4 @@ def test_the_endocardium_follows_a_pool_that_leaves_the_axis() -> None:
 
 
 def test_one_that_keeps_to_it_has_an_ellipsoid_alone() -> None:
-    assert not fit_ellipsoid(analyse(swaying_cup(1.0))).sway.any()
+    assert not fit_ellipsoid(analyze(swaying_cup(1.0))).sway.any()

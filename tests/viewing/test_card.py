@@ -29,8 +29,8 @@ def test_success_is_said(result):
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        ({"mean": 9.0}, "the mean error, 9.00 mm, is not below"),
-        ({"quality": 0.25}, "the mean quality, 0.250, is not above 0.33"),
+        ({"mean": 9.0}, "error above the voxel diagonal (9.00, not below"),
+        ({"quality": 0.25}, "quality below the threshold (0.250, not above 0.33)"),
     ],
 )
 def test_valid_but_no_success_says_why(result, change, reason):

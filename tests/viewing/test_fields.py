@@ -8,10 +8,10 @@ import pytest
 from heartgen.errors import InputError
 from heartgen.fields import aha_segment, heart_axes
 from heartgen.mesh import MeshField
-from heartgen.viewing.fibres import plot_fibres
-from heartgen.viewing.fields import LOOKS, plot_field, segment_colour
+from heartgen.viewing.fiber_glyphs import plot_fibers
+from heartgen.viewing.fields import FIELD_STYLES, plot_field, segment_color
+from heartgen.viewing.polydata import mesh_surface, on_surface
 from heartgen.viewing.scene import can_render
-from heartgen.viewing.surfaces import mesh_surface, on_surface
 
 
 def test_fields_are_evaluated_where_the_surface_is(result):
@@ -24,11 +24,11 @@ def test_fields_are_evaluated_where_the_surface_is(result):
     assert (elements == mesh.topology.external[:, :1]).all()
 
 
-@pytest.mark.parametrize("color", [*LOOKS, "aha"])
+@pytest.mark.parametrize("color", [*FIELD_STYLES, "aha"])
 def test_every_field_makes_a_picture(result, color, tmp_path):
     plotter = plot_field(result.mesh, color, window_size=(200, 200))
-    if color in LOOKS:
-        assert LOOKS[color].title in "".join(plotter.scalar_bars.keys())
+    if color in FIELD_STYLES:
+        assert FIELD_STYLES[color].title in "".join(plotter.scalar_bars.keys())
     if can_render(plotter):
         path = tmp_path / "field.png"
         plot_field(result.mesh, color, screenshot=path, window_size=(200, 200)).close()
@@ -36,19 +36,19 @@ def test_every_field_makes_a_picture(result, color, tmp_path):
     plotter.close()
 
 
-def test_fibres_are_tubes_along_the_field(result):
-    plotter = plot_fibres(result.mesh)
+def test_fibers_are_tubes_along_the_field(result):
+    plotter = plot_fibers(result.mesh)
     assert plotter.shape == (1, 3)
     assert all(len(renderer.actors) >= 2 for renderer in plotter.renderers)
     plotter.close()
 
 
-def test_unknown_colouring_is_refused(result):
+def test_unknown_coloring_is_refused(result):
     with pytest.raises(InputError, match="choose transmural, longitudinal"):
         plot_field(result.mesh, "temperature")
 
 
-def test_neighbouring_segments_differ_in_colour(result):
+def test_neighboring_segments_differ_in_color(result):
     axes = heart_axes(result.mesh)
     level, angle = np.meshgrid(np.linspace(-0.05, 1, 60), np.linspace(-np.pi, np.pi, 240))
     around = np.cos(angle)[..., None] * axes.septal + np.sin(angle)[..., None] * axes.anterior
@@ -63,4 +63,4 @@ def test_neighbouring_segments_differ_in_colour(result):
     borders = np.unique(pairs[pairs[:, 0] != pairs[:, 1]], axis=0)
     assert len(np.unique(borders)) == 17
     for one, other in borders.tolist():
-        assert segment_colour(one) != segment_colour(other), (one, other)
+        assert segment_color(one) != segment_color(other), (one, other)

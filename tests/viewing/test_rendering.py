@@ -7,7 +7,7 @@ import pytest
 
 import heartgen
 from heartgen import samples
-from heartgen.anatomy import analyse_under
+from heartgen.anatomy import analyze_under
 from heartgen.errors import HeartgenError, InputError
 from heartgen.options import Options
 from heartgen.report import options_beside
@@ -16,7 +16,7 @@ pytest.importorskip("pyvista")
 
 import pyvista as pv
 
-from heartgen.viewing.rendering import COLOURS, FIBRES, GREEN, RED, VIEWS, render
+from heartgen.viewing.rendering import COLORS, FIBERS, GREEN, RED, VIEWS, render
 
 pytestmark = pytest.mark.slow
 
@@ -29,19 +29,19 @@ def actors(plotter, row=0, column=0):
     return plotter.renderer.actors
 
 
-@pytest.mark.parametrize("colour", COLOURS)
-def test_every_colouring_is_drawn_with_every_need(result, colour):
+@pytest.mark.parametrize("color", COLORS)
+def test_every_coloring_is_drawn_with_every_need(result, color):
     plotter = render(
-        result.mesh, colours=[colour], mask=result.mask, other=result.warped, panel=PANEL
+        result.mesh, colors=[color], mask=result.mask, other=result.warped, panel=PANEL
     )
-    assert ("edges" in actors(plotter)) == (colour not in FIBRES)
+    assert ("edges" in actors(plotter)) == (color not in FIBERS)
     assert len(actors(plotter)) >= 2
     plotter.close()
 
 
-def test_rows_are_colourings_and_columns_are_views(result):
+def test_rows_are_colorings_and_columns_are_views(result):
     plotter = render(
-        result.mesh, colours=["region", "quality"], views=["septal", "basal", "apical"], panel=PANEL
+        result.mesh, colors=["region", "quality"], views=["septal", "basal", "apical"], panel=PANEL
     )
     assert plotter.shape == (2, 3)
     assert plotter.window_size == [3 * PANEL, 2 * PANEL]
@@ -68,7 +68,7 @@ def test_the_whole_mesh_is_in_view_and_upright(result, view):
 
 
 def test_error_is_the_distance_to_the_mask(result):
-    plotter = render(result.mesh, colours=["error"], mask=result.mask, panel=PANEL)
+    plotter = render(result.mesh, colors=["error"], mask=result.mask, panel=PANEL)
     shown = actors(plotter)["mesh"].mapper.dataset
     mean = float(np.mean(shown["error"]))
     assert mean == pytest.approx(result.report.accuracy.reverse_mean, abs=0.3)
@@ -76,7 +76,7 @@ def test_error_is_the_distance_to_the_mask(result):
 
 
 def test_error_of_a_stack_is_that_to_its_contours_and_not_to_its_thick_voxels(stack):
-    plotter = render(stack.mesh, colours=["error"], mask=stack.mask, panel=PANEL)
+    plotter = render(stack.mesh, colors=["error"], mask=stack.mask, panel=PANEL)
     shown = actors(plotter)["mesh"].mapper.dataset
     slices, error = stack.anatomy.slices, shown.point_data_to_cell_data()["error"]
     area = shown.compute_cell_sizes()["Area"]
@@ -90,11 +90,11 @@ def test_error_of_a_stack_is_that_to_its_contours_and_not_to_its_thick_voxels(st
 def test_error_is_to_the_surface_fitted_under_the_options_beside_the_mesh(tmp_path):
     cut = heartgen.personalize(samples.lifelike_lv(3.0).mask, truncate=12.0)
     written = cut.write(tmp_path, ("exf",), fields=())[0]
-    anatomy = analyse_under(cut.mask, options_beside(written))
+    anatomy = analyze_under(cut.mask, options_beside(written))
     base = list(cut.mesh.topology.surfaces).index("base")
     errors = []
     for mask in (anatomy, cut.mask):
-        plotter = render(cut.mesh, colours=["error"], mask=mask, panel=PANEL)
+        plotter = render(cut.mesh, colors=["error"], mask=mask, panel=PANEL)
         shown = actors(plotter)["mesh"].mapper.dataset
         cells = shown.point_data_to_cell_data()
         errors.append(cells["error"][shown["region"] == base].mean())
@@ -106,18 +106,18 @@ def test_error_is_to_the_surface_fitted_under_the_options_beside_the_mesh(tmp_pa
         options_beside(written)
 
 
-@pytest.mark.parametrize("colour", ["overlay", "change"])
-def test_picture_shows_both_where_they_are(result, tmp_path, colour):
+@pytest.mark.parametrize("color", ["overlay", "change"])
+def test_picture_shows_both_where_they_are(result, tmp_path, color):
     path = tmp_path / "heart.png"
     try:
         render(
-            result.mesh, path, colours=[colour], mask=result.mask, other=result.warped, panel=PANEL
+            result.mesh, path, colors=[color], mask=result.mask, other=result.warped, panel=PANEL
         ).close()
     except HeartgenError as error:
         pytest.skip(str(error))
     picture = np.asarray(pv.read(path).active_scalars)[:, :3].astype(float)
     assert picture.shape[0] == PANEL * PANEL
-    for shade in (RED, GREEN) if colour == "change" else (RED,):
+    for shade in (RED, GREEN) if color == "change" else (RED,):
         wanted = np.array(pv.Color(shade).float_rgb)
         lengths = np.linalg.norm(picture, axis=1) * np.linalg.norm(wanted)
         like = picture @ wanted > 0.99 * np.maximum(lengths, 1)
@@ -127,13 +127,13 @@ def test_picture_shows_both_where_they_are(result, tmp_path, colour):
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"colours": ["rainbow"]}, "colouring 'rainbow' is not known: choose among plain"),
+        ({"colors": ["rainbow"]}, "coloring 'rainbow' is not known: choose among plain"),
         ({"views": ["above"]}, "view 'above' is not known: choose among oblique"),
-        ({"colours": []}, "no colouring was asked for"),
+        ({"colors": []}, "no coloring was asked for"),
         ({"views": []}, "no view was asked for"),
-        ({"colours": ["error"]}, "error needs the mask"),
-        ({"colours": ["overlay"]}, "overlay needs the mask"),
-        ({"colours": ["change"]}, "change needs another mesh"),
+        ({"colors": ["error"]}, "error needs the mask"),
+        ({"colors": ["overlay"]}, "overlay needs the mask"),
+        ({"colors": ["change"]}, "change needs another mesh"),
     ],
 )
 def test_what_cannot_be_drawn_is_a_sentence(result, options, sentence):

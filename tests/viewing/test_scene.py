@@ -58,12 +58,12 @@ def test_parts_can_be_left_out(result, mask, edges):
 
 def test_mask_fades_where_the_mesh_fits(scene, result):
     shown = scene.actors["mask"].mapper.dataset
-    assert 0 == shown["colour"][:, 3].min() < shown["colour"][:, 3].max() < 255
+    assert 0 == shown["color"][:, 3].min() < shown["color"][:, 3].max() < 255
 
 
-def test_unknown_colouring_is_refused(result):
-    with pytest.raises(InputError, match=r"'colour'.*choose error, quality or region"):
-        plot(result, color="colour", off_screen=True)
+def test_unknown_coloring_is_refused(result):
+    with pytest.raises(InputError, match=r"'color'.*choose error, quality or region"):
+        plot(result, color="color", off_screen=True)
 
 
 @pytest.mark.parametrize("color", ["error", "quality", "region", None])

@@ -22,7 +22,7 @@ def test_every_stage_is_drawn_with_its_distance_and_quality(result):
 
 
 def test_stages_that_were_left_out_are_not_drawn(result):
-    paper = replace(result, options=replace(result.options, refine=False))
+    paper = replace(result, options=replace(result.options, optimize=False))
     assert [stage.key for stage in stages_of(paper)][-1] == "enhanced"
 
 

@@ -19,7 +19,7 @@ STEPS = 60
 """Places a slider stops at."""
 
 ML = 1000.0
-"""mm^3 in a millilitre."""
+"""mm^3 in a milliliter."""
 
 BROKEN = ("first", "second", "third")
 """Names of an image's axes, where no heart is known."""
@@ -75,7 +75,7 @@ class SlicesPanel:
             for image in self.images:
                 image.value = blank()
             return
-        from heartgen.viewing.slices import SLICES, slice_view
+        from heartgen.viewing.slice_views import SLICES, slice_view
 
         view = slice_view(case.mask, self.session.anatomy)
         self._view = None  # the sliders say nothing while they are set
@@ -84,7 +84,7 @@ class SlicesPanel:
             low, high = float(view.low[across]), float(view.high[across])
             slider = self.sliders[i]
             slider.min, slider.max = min(low, slider.min), max(high, slider.max)
-            slider.value = float(view.centre[across])
+            slider.value = float(view.center[across])
             slider.min, slider.max = low, high
             slider.step = (high - low) / STEPS
             slider.disabled = False
@@ -102,7 +102,7 @@ class SlicesPanel:
         """Draw a slice anew."""
         if self._view is None:
             return
-        from heartgen.viewing.slices import SLICES, draw_slice
+        from heartgen.viewing.slice_views import SLICES, draw_slice
 
         buffer = io.BytesIO()
         draw_slice(self._view, SLICES[i], self.sliders[i].value).savefig(buffer, dpi=DPI)
@@ -110,12 +110,12 @@ class SlicesPanel:
 
 
 def key_html(session: Session) -> str:
-    """What the colours of the slices mean."""
-    from heartgen.viewing.slices import MYOCARDIUM, line_colours
+    """What the colors of the slices mean."""
+    from heartgen.viewing.slice_views import MYOCARDIUM, line_colors
 
     names = [(MYOCARDIUM, "mask")]
     if session.anatomy is not None:
-        names += [(colour, name) for name, colour in line_colours(session.anatomy).items()]
+        names += [(color, name) for name, color in line_colors(session.anatomy).items()]
     return "".join(f'<span><i style="background:{c}"></i>{name}</span>' for c, name in names)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import ipywidgets as widgets
 
-from heartgen.apps.cases import BINARY, sample_choices
+from heartgen.apps.input_case import BINARY, sample_choices
 from heartgen.apps.parts import choose, classed, head, row, text
 from heartgen.apps.session import MAX_UPLOAD, Session
 from heartgen.apps.transfer import MEGABYTE, Upload

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.formats.directions import FIBRE, SHEET, orthonormal, restored
+from heartgen.formats.directions import FIBER, SHEET, orthonormal, restored
 from heartgen.formats.resampling.resample import Resampled
 from heartgen.mesh.field import MeshField
 
@@ -29,7 +29,7 @@ class Data:
     jumping : frozenset of str
         Names of the others, which are in the cells only.
     cells : dict of str to (m, k) float64
-        All fields, at the centre of each cell.
+        All fields, at the center of each cell.
     """
 
     points: dict[str, Array]
@@ -37,18 +37,18 @@ class Data:
     cells: dict[str, Array]
 
     def directions(self) -> list[Array]:
-        """Fibre and, if there is one, sheet direction in each cell, (m, 3), orthonormal."""
+        """Fiber and, if there is one, sheet direction in each cell, (m, 3), orthonormal."""
         found = []
-        for name in (FIBRE, SHEET):
+        for name in (FIBER, SHEET):
             if name not in self.cells or self.cells[name].shape[1] != 3:
                 break
             found.append(self.cells[name])
         return orthonormal(found)
 
     def axes(self) -> tuple[Array, Array] | None:
-        """Fibre direction and that of the sheet at right angles to it in each cell, if known.
+        """Fiber direction and that of the sheet at right angles to it in each cell, if known.
 
-        Without a sheet direction, the second is any across the fibre.
+        Without a sheet direction, the second is any across the fiber.
         """
         found = self.directions()
         if not found:
@@ -71,11 +71,11 @@ def sample(cells: Resampled, fields: Iterable[MeshField]) -> Data:
     Returns
     -------
     Data
-        Directions of fibres and sheets are orthonormal where those of the fields are.
+        Directions of fibers and sheets are orthonormal where those of the fields are.
     """
     fields = tuple(fields)
     points: dict[str, Array] = {}
-    centres = restored(fields, {field.name: _at_centres(field, cells) for field in fields})
+    centers = restored(fields, {field.name: _at_centers(field, cells) for field in fields})
     nodes = np.concatenate([block.nodes.ravel() for block in cells.cells])
     at_nodes = restored(fields, {field.name: _at_nodes(field, cells) for field in fields})
     for field in fields:
@@ -88,10 +88,10 @@ def sample(cells: Resampled, fields: Iterable[MeshField]) -> Data:
             mean[:, k] = np.bincount(nodes, values[:, k], len(mean)) / count
         if np.abs(values - mean[nodes]).max() <= JUMP * np.abs(values).max():
             points[field.name] = mean
-    return Data(points, frozenset(centres) - frozenset(points), centres)
+    return Data(points, frozenset(centers) - frozenset(points), centers)
 
 
-def _at_centres(field: MeshField, cells: Resampled) -> Array:
+def _at_centers(field: MeshField, cells: Resampled) -> Array:
     """Values (m, k) in the middle of each cell."""
     return np.concatenate(
         [

@@ -13,7 +13,7 @@ from heartgen.formats.resampling.jacobians import (
     scaled_jacobian,
     volumes,
 )
-from heartgen.formats.resampling.kinds import Kind
+from heartgen.formats.resampling.kinds import CellKind
 from heartgen.formats.resampling.resample import Cells, Resampled
 from heartgen.mesh.closest import closest_points
 from heartgen.mesh.hexmesh import HexMesh
@@ -119,7 +119,7 @@ def _distances(
 
 
 def _face_samples(
-    kind: Kind, face: tuple[int, ...]
+    kind: CellKind, face: tuple[int, ...]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Samples of a reference face (q, 3), its tangents there (q, 3, 2), and their weights (q,)."""
     corner = kind.reference[[n for n in face if n < kind.vertices]]

@@ -1,11 +1,11 @@
-"""Jacobians of simple cells: whether they fold, and how good they are."""
+"""Jacobians of linear and quadratic cells: whether they fold, and how good they are."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.formats.resampling.kinds import Kind
+from heartgen.formats.resampling.kinds import CellKind
 from heartgen.mesh.quadrature import gauss
 
 GAUSS = 4
@@ -16,25 +16,25 @@ REGULAR = {8: 1.0, 6: 2 / np.sqrt(3), 4: np.sqrt(2)}
 
 
 def determinants(
-    kind: Kind, points: NDArray[np.float64], xi: NDArray[np.float64]
+    kind: CellKind, points: NDArray[np.float64], xi: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Jacobian determinants (m, q) of cells with nodes (m, n, 3) at reference places (q, 3)."""
     return np.asarray(np.linalg.det(np.einsum("qnd,mnx->mqxd", kind.gradient(xi), points)))
 
 
-def least_determinants(kind: Kind, points: NDArray[np.float64]) -> NDArray[np.float64]:
+def least_determinants(kind: CellKind, points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Least determinant (m,) of cells with nodes (m, n, 3), at their nodes and Gauss points."""
     xi = np.concatenate([gauss_points(kind)[0], kind.reference])
     return np.asarray(determinants(kind, points, xi).min(1))
 
 
-def volumes(kind: Kind, points: NDArray[np.float64]) -> NDArray[np.float64]:
+def volumes(kind: CellKind, points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Volumes (m,) of cells with nodes (m, n, 3)."""
     xi, weights = gauss_points(kind)
     return np.asarray(determinants(kind, points, xi) @ weights)
 
 
-def gauss_points(kind: Kind) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def gauss_points(kind: CellKind) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Gauss points (q, 3) and weights (q,) in the reference cell; collapsed if it is no cube."""
     t, w = gauss(GAUSS)
     z, y, x = (a.ravel() for a in np.meshgrid(t, t, t, indexing="ij"))
@@ -46,12 +46,12 @@ def gauss_points(kind: Kind) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return np.stack([x, y, z], -1), weights
 
 
-def scaled_jacobian(kind: Kind, points: NDArray[np.float64]) -> NDArray[np.float64]:
+def scaled_jacobian(kind: CellKind, points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Least scaled Jacobian at the vertices of cells.
 
     Parameters
     ----------
-    kind : Kind
+    kind : CellKind
     points : (m, n, 3) float64
         Nodes of the cells, mm.
 
@@ -63,7 +63,7 @@ def scaled_jacobian(kind: Kind, points: NDArray[np.float64]) -> NDArray[np.float
     """
     reference = kind.reference[: kind.vertices]
     jacobian = np.einsum("qnd,mnx->mqxd", kind.gradient(reference), points)
-    edges = reference[kind.neighbours] - reference[:, None]  # (vertex, edge, direction)
+    edges = reference[kind.neighbors] - reference[:, None]  # (vertex, edge, direction)
     along = np.einsum("mqxd,qsd->mqxs", jacobian, edges)
     length = np.linalg.norm(along, axis=2, keepdims=True)
     det = np.linalg.det(along / np.maximum(length, np.finfo(float).tiny))

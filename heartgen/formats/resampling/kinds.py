@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
-class Kind:
+class CellKind:
     """A kind of cell.
 
     Attributes
@@ -27,7 +27,7 @@ class Kind:
         How many of the nodes are vertices.
     faces : tuple of tuple of int
         Nodes of each face: vertices counter-clockwise seen from outside, then the edges between
-        them, then the centre.
+        them, then the center.
     exponents : (n, 3) int
         Monomials that span the shape functions.
     """
@@ -50,7 +50,7 @@ class Kind:
         return np.asarray(np.linalg.inv(_monomials(self.reference, self.exponents)))
 
     @cached_property
-    def neighbours(self) -> NDArray[np.intp]:
+    def neighbors(self) -> NDArray[np.intp]:
         """Vertices to which the three edges from each vertex lead, right-handed, (v, 3)."""
         rings = [[n for n in face if n < self.vertices] for face in self.faces]
         out = []
@@ -98,7 +98,7 @@ _TET_FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3))
 def _with_middles(
     faces: tuple[tuple[int, ...], ...], nodes: NDArray[np.intp]
 ) -> tuple[tuple[int, ...], ...]:
-    """Faces given by their vertices, with the nodes on their edges and at their centre."""
+    """Faces given by their vertices, with the nodes on their edges and at their center."""
     number = {tuple(place): n for n, place in enumerate(nodes.tolist())}
 
     def between(*vertices: int) -> int | None:
@@ -107,8 +107,8 @@ def _with_middles(
     out = []
     for face in faces:
         edges = [between(a, b) for a, b in zip(face, face[1:] + face[:1], strict=True)]
-        centre = between(*face) if len(face) == 4 else None
-        out.append((*face, *(n for n in [*edges, centre] if n is not None)))
+        center = between(*face) if len(face) == 4 else None
+        out.append((*face, *(n for n in [*edges, center] if n is not None)))
     return tuple(out)
 
 
@@ -119,7 +119,7 @@ def _kind(
     count: int,
     vertices: int,
     faces: tuple[tuple[int, ...], ...],
-) -> Kind:
+) -> CellKind:
     nodes = _places(digits)[:count]
     powers = _places(" ".join(f"{a}{b}{c}" for c in range(3) for b in range(3) for a in range(3)))
     in_plane = powers[:, 0] + powers[:, 1]
@@ -134,7 +134,7 @@ def _kind(
         "tet4": powers.sum(1) <= 1,
         "tet10": powers.sum(1) <= 2,
     }
-    return Kind(name, order, nodes, vertices, _with_middles(faces, nodes), powers[spans[name]])
+    return CellKind(name, order, nodes, vertices, _with_middles(faces, nodes), powers[spans[name]])
 
 
 HEX8 = _kind("hex8", 1, _HEX, 8, 8, _HEX_FACES)

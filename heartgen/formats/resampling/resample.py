@@ -1,4 +1,4 @@
-"""A mesh as many simple cells: hexahedra, wedges where elements collapse, or tetrahedra."""
+"""A mesh as linear or quadratic cells: hexahedra, wedges where elements collapse, tetrahedra."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import InputError, MeshError
-from heartgen.formats.resampling.kinds import CHOICES, HEX8, TET4, TET10, WEDGE6, WEDGES, Kind
+from heartgen.formats.resampling.kinds import CHOICES, HEX8, TET4, TET10, WEDGE6, WEDGES, CellKind
 from heartgen.formats.resampling.straightening import straightened
 from heartgen.formats.resampling.tetrahedra import Block, split
+from heartgen.mesh.connectivity import generic_mesh, merge_coincident
 from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.sharing import coincident, probe
 
 POLE = 2
 """Face xi2 = 0, the one that may collapse; it does so along xi1."""
@@ -67,7 +67,7 @@ class Cells:
 
     Attributes
     ----------
-    kind : Kind
+    kind : CellKind
     nodes : (m, n) int
         Points of each cell.
     element : (m,) int
@@ -76,7 +76,7 @@ class Cells:
         Local coordinates of its nodes in that element.
     """
 
-    kind: Kind
+    kind: CellKind
     nodes: NDArray[np.intp]
     element: NDArray[np.intp]
     xi: NDArray[np.float64]
@@ -84,7 +84,9 @@ class Cells:
 
 @dataclass(frozen=True)
 class Resampled:
-    """A mesh of simple cells. Points that elements share are one point, the pole's as well.
+    """A mesh of linear or quadratic cells.
+
+    Points that elements share are one point, the pole's as well.
 
     Attributes
     ----------
@@ -118,7 +120,7 @@ class Resampled:
     def facets(self, name: str) -> list[NDArray[np.intp]]:
         """Points of the faces of a surface, (f, n), in groups of equally many nodes.
 
-        Vertices come first, counter-clockwise seen from outside, then edges, then the centre.
+        Vertices come first, counter-clockwise seen from outside, then edges, then the center.
         """
         groups: dict[int, list[NDArray[np.intp]]] = {}
         start = 0
@@ -134,7 +136,7 @@ class Resampled:
 
 
 def resample(mesh: HexMesh, wanted: Resampling) -> Resampled:
-    """Resample a mesh to simple cells.
+    """Resample a mesh to linear or quadratic cells.
 
     All nodes lie on the mesh, but for some of quadratic cells that would fold: those between
     vertices then move towards the straight cell as far as needed.
@@ -156,7 +158,7 @@ def resample(mesh: HexMesh, wanted: Resampling) -> Resampled:
     kind, (radial, around, along) = CHOICES[wanted.kind], wanted.pieces
     count = np.array([around, along, radial])
     topology = mesh.topology
-    grid = _Grid(mesh, count * kind.order)
+    grid = _CellGrid(mesh, count * kind.order)
     if kind in (TET4, TET10):
         whole = [grid.cells(HEX8, count), grid.cells(WEDGE6, count)]
         numbered = [(block, grid.numbers(block)) for block in whole if len(block[1])]
@@ -191,7 +193,7 @@ def _unfolded(mesh: Resampled) -> Resampled:
     return replace(mesh, points=straightened(mesh.points, blocks, on_surface))
 
 
-class _Grid:
+class _CellGrid:
     """An even grid of points in every element, numbered so that shared points are one."""
 
     def __init__(self, mesh: HexMesh, size: NDArray[np.intp]) -> None:
@@ -199,7 +201,7 @@ class _Grid:
         steps = [np.linspace(0, 1, n + 1) for n in size]
         k, j, i = np.meshgrid(*steps[::-1], indexing="ij")
         xi = np.stack([i.ravel(), j.ravel(), k.ravel()], -1)
-        number, first = coincident(probe(topology).evaluate(xi).reshape(-1, 3))
+        number, first = merge_coincident(generic_mesh(topology).evaluate(xi).reshape(-1, 3))
         self.points = mesh.evaluate(xi).reshape(-1, 3)[first]
         self.number = number.reshape(topology.n_elements, -1)
         self.collapsed = np.zeros(topology.n_elements, dtype=bool)
@@ -224,7 +226,7 @@ class _Grid:
         along = np.cumprod([1, *self.size[:2] + 1])
         return np.asarray(self.number[element[:, None], place @ along])
 
-    def cells(self, kind: Kind, count: NDArray[np.intp]) -> Block:
+    def cells(self, kind: CellKind, count: NDArray[np.intp]) -> Block:
         """All hexahedra that have not collapsed, or the wedges of those that have."""
         wedge = kind in (WEDGE6, *WEDGES.values())
         k, j, i = np.meshgrid(*[np.arange(n) for n in count[::-1]], indexing="ij")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.formats.resampling.jacobians import least_determinants
-from heartgen.formats.resampling.kinds import HEX8, TET4, WEDGE6, Kind
+from heartgen.formats.resampling.kinds import HEX8, TET4, WEDGE6, CellKind
 
 STEPS = 8
 """Times that nodes inside go half of the way, and then again those on surfaces."""
@@ -19,7 +19,7 @@ LINEAR = {8: HEX8, 6: WEDGE6, 4: TET4}
 
 def straightened(
     points: NDArray[np.float64],
-    cells: Sequence[tuple[Kind, NDArray[np.intp]]],
+    cells: Sequence[tuple[CellKind, NDArray[np.intp]]],
     on_surface: NDArray[np.bool_],
 ) -> NDArray[np.float64]:
     """Move nodes between vertices towards the straight cell, where cells fold.
@@ -28,7 +28,7 @@ def straightened(
     ----------
     points : (p, 3) float64
         mm.
-    cells : sequence of (Kind, (m, n) int)
+    cells : sequence of (CellKind, (m, n) int)
         Quadratic cells and their nodes.
     on_surface : (p,) bool
         Points that leave their place only if that of the others does not help.

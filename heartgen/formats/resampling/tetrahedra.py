@@ -14,9 +14,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.formats.resampling.kinds import TET10, Kind
+from heartgen.formats.resampling.kinds import TET10, CellKind
 
-Block = tuple[Kind, NDArray[np.intp], NDArray[np.intp]]
+Block = tuple[CellKind, NDArray[np.intp], NDArray[np.intp]]
 """Kind, element (m,) and places (m, n, 3) of cells on the grids of their elements."""
 
 
@@ -33,7 +33,7 @@ ROUNDS = 10
 
 def split(
     blocks: Sequence[tuple[Block, NDArray[np.intp]]],
-    kind: Kind,
+    kind: CellKind,
     collapsed: NDArray[np.bool_],
     locate: Locate,
 ) -> Block:
@@ -43,7 +43,7 @@ def split(
     ----------
     blocks : sequence of (Block, (m, n) int)
         Hexahedra or wedges, and the numbers of their vertices.
-    kind : Kind
+    kind : CellKind
         ``tet4`` or ``tet10``; for the latter, the places of the blocks are even.
     collapsed : (e,) bool
         Elements that collapse along xi1 where xi2 = 0.
@@ -84,7 +84,7 @@ def _quality(
     return cell, np.asarray(np.linalg.det(edges) / length**3)
 
 
-def _cut(cells: Kind, ranks: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _cut(cells: CellKind, ranks: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Cell (t,) and corners (t, 4) of tetrahedra, from the ranks of the cells' vertices (m, v)."""
     lowest = ranks.argmin(1)
     found, corners = [], []

@@ -1,0 +1,158 @@
+"""A case: the mask to be meshed, where it came from, and how Python gets at it again."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from heartgen.anatomy import Anatomy
+    from heartgen.images import Mask
+    from heartgen.options import Options
+
+BLOCK = 1 << 20
+"""Bytes that are hashed at a time."""
+
+BINARY = "binary"
+"""Scheme of a file that is no label map."""
+
+
+@dataclass(frozen=True, eq=False)
+class InputCase:
+    """A mask to be meshed.
+
+    Attributes
+    ----------
+    mask : Mask
+    code : str
+        A Python expression that gives the mask.
+    sha256 : str
+        Of the file, or of the voxels and the affine of a sample.
+    description : str
+        One sentence, of samples.
+    """
+
+    mask: Mask
+    code: str
+    sha256: str
+    description: str = ""
+
+    @property
+    def name(self) -> str:
+        """Name of the mask."""
+        return self.mask.name
+
+
+@dataclass(frozen=True)
+class SampleGroup:
+    """Samples under a heading: names of the catalog, and what they are called."""
+
+    title: str
+    names: dict[str, str]
+
+
+SAMPLES = (
+    SampleGroup(
+        "Left ventricle",
+        {
+            "lifelike": "Lifelike",
+            "ideal": "Ideal ellipsoid",
+            "papillary": "With papillary muscles",
+            "valves": "With valve anatomy",
+            "noisy": "Careless segmentation",
+            "tilted": "Oblique coronal slices",
+            "stack": "Clinical short-axis stack",
+        },
+    ),
+    SampleGroup(
+        "Both ventricles",
+        {
+            "biv": "Lifelike",
+            "dilated_rv": "Dilated right ventricle",
+            "thick_lv": "Thick left ventricle",
+            "biv_tilted": "Oblique coronal slices",
+        },
+    ),
+)
+"""In the order in which they are offered; samples added to the catalog appear by themselves."""
+
+
+def sample_choices() -> tuple[tuple[str, str], ...]:
+    """Title and name of every sample of the catalog."""
+    from heartgen.samples import names
+
+    titles = {
+        name: f"{group.title} · {title.lower()}"
+        for group in SAMPLES
+        for name, title in group.names.items()
+    }
+    known = names()
+    ordered = [name for name in titles if name in known]
+    others = [name for name in known if name not in titles]
+    return tuple((titles.get(name, name), name) for name in (*ordered, *others))
+
+
+def load_sample(name: str) -> InputCase:
+    """Make a sample of the catalog."""
+    from heartgen import samples
+
+    sample = samples.load(name)
+    digest = hashlib.sha256(sample.mask.voxels.tobytes() + sample.mask.affine.tobytes())
+    code = f"heartgen.samples.load({name!r}).mask"
+    return InputCase(sample.mask, code, digest.hexdigest(), sample.description)
+
+
+def load_file(path: Path, scheme: str = BINARY, frame: str = "") -> InputCase:
+    """Read a mask or a label map.
+
+    Parameters
+    ----------
+    path : Path
+    scheme : str
+        ``"binary"``, the name of a scheme of labels, ``"auto"``, or roles as on the command line.
+    frame : str
+        Of a cine: number of the frame from 1, ``"ED"`` or ``"ES"``; empty for one volume.
+
+    Returns
+    -------
+    InputCase
+
+    Raises
+    ------
+    InputError
+        With one sentence that says what is wrong, where, and what to do.
+    """
+    from heartgen import read_labels, read_mask
+    from heartgen.images.schemes import scheme_from_text
+
+    chosen = frame.strip() or None
+    told = "" if chosen is None else f", frame={chosen!r}"
+    if scheme == BINARY:
+        mask = read_mask(path, frame=chosen)
+        code = f"heartgen.read_mask({path.name!r}{told})"
+    else:
+        labeling = scheme_from_text(scheme)
+        mask = read_labels(path, labeling, frame=chosen)
+        code = f"heartgen.read_labels({path.name!r}, {labeling!r}{told})"
+    return InputCase(mask, code, _digest(path))
+
+
+def analyze_case(case: InputCase, options: Options) -> Anatomy:
+    """Measure the heart in a case, as the pipeline will."""
+    from heartgen.anatomy import analyze_under
+
+    return analyze_under(case.mask, options)
+
+
+def _digest(path: Path) -> str:
+    """SHA-256 of a file, or of all files of a folder by name."""
+    digest = hashlib.sha256()
+    for file in sorted(path.iterdir()) if path.is_dir() else [path]:
+        if not file.is_file():
+            continue
+        with file.open("rb") as stream:
+            while block := stream.read(BLOCK):
+                digest.update(block)
+    return digest.hexdigest()

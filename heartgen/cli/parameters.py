@@ -1,0 +1,122 @@
+"""Arguments and options that several commands have, under one name and with one help."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from heartgen import GLOSSARY
+from heartgen.renamed import new_flags
+
+EPILOG = f"Words and their units: {GLOSSARY}"
+"""Last line of the help."""
+
+
+class TakesFormerFlags(TyperGroup):
+    """Commands that take flags under their former names, too."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the command line."""
+        return super().parse_args(ctx, new_flags(args))
+
+
+MaskPath = Annotated[
+    Path,
+    typer.Argument(
+        metavar="MASK",
+        show_default=False,
+        help="NIfTI, NRRD, MetaImage; a DICOM segmentation or structure set, as a file or a "
+        "folder; or a folder with a file for each structure.",
+    ),
+]
+Views = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--view",
+        metavar="MASK",
+        show_default=False,
+        help="A further view of the heart in MASK, such as a long-axis slice, if that is a "
+        "short-axis stack; may be repeated.",
+    ),
+]
+Label = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--label",
+        metavar="N",
+        show_default=False,
+        help="What is myocardium in a label image, by number or name; may be repeated.",
+    ),
+]
+Labels = Annotated[
+    str | None,
+    typer.Option(
+        "--labels",
+        metavar="SCHEME",
+        show_default=False,
+        help="Read a label map: acdc, mmwhs, ukbb, mnms, emidec, totalsegmentator, auto, or roles "
+        "such as lv_myocardium=2,lv_pool=3,rv_pool=1.",
+    ),
+]
+Frame = Annotated[
+    str | None,
+    typer.Option(
+        "--frame",
+        metavar="N|ED|ES",
+        show_default=False,
+        help="Which frame of a cine: its number from 1, or the one with the largest (ED) or the "
+        "smallest (ES) cavity of the left ventricle.",
+    ),
+]
+SeptalDirection = Annotated[
+    str | None,
+    typer.Option(
+        metavar="X,Y,Z",
+        show_default=False,
+        help="Direction from the left ventricle to the septum (LPS), where AHA segments start; "
+        "if not given, that of the right ventricle, or -1,-1,0 where there is none.",
+    ),
+]
+RvWall = Annotated[
+    float | None,
+    typer.Option(
+        "--rv-wall",
+        metavar="MM",
+        show_default=False,
+        help="Thickness of the right ventricular wall if --labels has none; 3 mm if not given.",
+    ),
+]
+Truncate = Annotated[
+    str,
+    typer.Option(
+        metavar="auto|off|MM",
+        help="Cut the base below the basal plane: where valves rise, never, or by so much.",
+    ),
+]
+Ventricles = Annotated[
+    str,
+    typer.Option(
+        metavar="auto|lv|biv",
+        help="What the mask shows: found out, the left ventricle alone, or both.",
+    ),
+]
+Overwrite = Annotated[
+    bool, typer.Option("--overwrite", help="Replace results of another heart in OUT.")
+]
+Debug = Annotated[bool, typer.Option("--debug", help="Show where in the code an error arose.")]
+NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Do not open it.")]
+Level = Annotated[
+    int,
+    typer.Option(min=1, max=5, help="Level of detail: 1, most stable, to 5, most accurate."),
+]
+SliceAlignment = Annotated[
+    str,
+    typer.Option(
+        metavar="auto|off",
+        help="Move slices of a stack back that are clearly shifted against each other, or "
+        "leave all as they are.",
+    ),
+]
