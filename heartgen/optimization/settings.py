@@ -201,7 +201,7 @@ GROWTH = 2.0
 is twice that, after the third three times. Those that did weigh more keep this factor once all are
 valid, when the line search alone keeps the mesh from folding again."""
 
-SPREADING = 2
+SPREADING = 3
 """Round from which neighbors of such elements weigh more, too: walls that cross are held where they
 are by what lies beside them (cohort: two hearts that never came free)."""
 
