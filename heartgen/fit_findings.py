@@ -5,6 +5,28 @@ from __future__ import annotations
 from heartgen.images import Finding
 
 
+def template_limited(limited: tuple[str, ...]) -> tuple[Finding, ...]:
+    """Tell that the template could not follow the heart as far as it would have.
+
+    Parameters
+    ----------
+    limited : tuple of str
+        What of the ellipsoid is at a bound.
+
+    Returns
+    -------
+    tuple of Finding
+        Empty if nothing is.
+    """
+    if not limited:
+        return ()
+    message = (
+        f"the template's ellipsoid reached the bound of its {' and '.join(limited)}: this heart is "
+        "farther from an ellipsoid than most, and registration has more to do"
+    )
+    return (Finding("template", message),)
+
+
 def lod_reduced(wanted: int, level: int) -> tuple[Finding, ...]:
     """Tell that the mesh is of a lower level of detail.
 

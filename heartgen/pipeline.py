@@ -27,7 +27,12 @@ from heartgen.errors import InputError, recalling
 from heartgen.fairness import assess_fairness
 from heartgen.fields import FIELDS, FiberRule, clinical_indices, make_fields
 from heartgen.fields.catalog import DIRECTIONS, check_names
-from heartgen.fit_findings import elements_regularized, lod_reduced, min_jacobian_ratio_missed
+from heartgen.fit_findings import (
+    elements_regularized,
+    lod_reduced,
+    min_jacobian_ratio_missed,
+    template_limited,
+)
 from heartgen.formats import cells_of, fields_held, file_name, write_mesh, write_text
 from heartgen.images import Mask
 from heartgen.mesh import HexMesh, MeshField
@@ -39,7 +44,12 @@ from heartgen.options import HOLE_SHARE, Options, usual_elements
 from heartgen.registration import Deformation, register
 from heartgen.renamed import new_options
 from heartgen.report import REPORT, Report, mask_sha256, measured, slices_of
-from heartgen.templates import biventricular_template, lv_template
+from heartgen.templates import (
+    TruncatedEllipsoid,
+    biventricular_template,
+    fit_ellipsoid,
+    lv_template,
+)
 from heartgen.warping import warp
 
 if TYPE_CHECKING:
@@ -250,7 +260,8 @@ def _personalize(
         anatomy = anatomy or analyze_under(mask, options)
         anatomy = with_views(anatomy.uncut or anatomy, views)
     with clock.step("template"):
-        template = _template(anatomy, options)
+        ellipsoid = fit_ellipsoid(anatomy)
+        template = _template(anatomy, ellipsoid, options)
         if RIM in template.topology.surfaces:
             anatomy = with_hole(anatomy, _cone(template))
     with clock.step("registration") as done:
@@ -263,7 +274,7 @@ def _personalize(
             options.passes(max(levels), _is_whole_lv(anatomy)),
             done,
         )
-    start = _Start(mask, anatomy, template, deformations)
+    start = _Start(mask, anatomy, ellipsoid, template, deformations)
     return tuple(_finish(start, o, Clock(progress, clock.seconds)) for o in each)
 
 
@@ -273,6 +284,7 @@ class _Start:
 
     mask: Mask
     anatomy: Anatomy
+    ellipsoid: TruncatedEllipsoid
     template: HexMesh
     deformations: tuple[Deformation, ...]
 
@@ -322,6 +334,7 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
         slices=slices_of(anatomy),
         findings=start.mask.findings
         + anatomy.findings
+        + template_limited(start.ellipsoid.limited)
         + lod_reduced(len(deformations), level)
         + elements_regularized(regularized)
         + ((coverage.finding,) if coverage.finding else ())
@@ -341,12 +354,12 @@ def _needed(fields: Iterable[str], formats: Iterable[str]) -> list[str]:
     return [name for name in fields if name == DIRECTIONS] if "directions" in held else []
 
 
-def _template(anatomy: Anatomy, options: Options) -> HexMesh:
+def _template(anatomy: Anatomy, ellipsoid: TruncatedEllipsoid, options: Options) -> HexMesh:
     """Template of what the mask shows."""
     make = lv_template if anatomy.rv is None else biventricular_template
     elements = options.elements or usual_elements(anatomy.rv is not None)
     hole = HOLE_SHARE * anatomy.radius if options.hole_radius is None else options.hole_radius
-    return make(anatomy, elements, options.transmural_grading, options.apex, hole)
+    return make(anatomy, elements, options.transmural_grading, options.apex, hole, ellipsoid)
 
 
 def _cone(template: HexMesh) -> Cone:

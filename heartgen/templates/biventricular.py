@@ -20,7 +20,7 @@ from heartgen.mesh.hexmesh import HexMesh, Topology
 from heartgen.mesh.quadrature import gauss_square
 from heartgen.options import Apex
 from heartgen.templates.biventricular_surface import BiventricularSurface, fit_biventricular_surface
-from heartgen.templates.ellipsoid import fit_ellipsoid
+from heartgen.templates.ellipsoid import TruncatedEllipsoid, fit_ellipsoid
 from heartgen.templates.meridian import Meridians, best_meridians
 from heartgen.templates.patch_map import FACE_GAUSS, ApicalPatchMap, fit_patch_map, radius_of
 from heartgen.templates.rays import RayGrid, cast_rays
@@ -40,6 +40,7 @@ def biventricular_template(
     graded: bool = True,
     apex: Apex = "collapsed",
     hole: float = 0.0,
+    shape: TruncatedEllipsoid | None = None,
 ) -> HexMesh:
     """Template of both ventricles fitted to an anatomy, as a cubic Hermite mesh.
 
@@ -54,6 +55,8 @@ def biventricular_template(
     apex : {"collapsed", "hole", "patch"}
     hole : float
         Radius of the apical hole on the left endocardium, mm.
+    shape : TruncatedEllipsoid, optional
+        The left ventricle's, by `heartgen.templates.ellipsoid.fit_ellipsoid`; fitted if omitted.
 
     Returns
     -------
@@ -67,7 +70,7 @@ def biventricular_template(
     """
     if anatomy.rv is None:
         raise AnatomyError("the mask holds no right ventricle: fit a template of the left one")
-    shape = fit_ellipsoid(anatomy)
+    shape = shape or fit_ellipsoid(anatomy)
     _, around, along = elements
     spacing: Spacing | Meridians
     if apex == "collapsed":

@@ -30,6 +30,25 @@ THIN = 0.15
 PRIOR = 0.05
 """Weight of the start in the fit; it decides between shapes that fit alike."""
 
+PARAMETERS = (
+    *(
+        "place",
+        "place",
+        "lean",
+        "lean",
+        "section",
+        "section",
+        "section",
+        "length",
+        "height of base",
+    ),
+    *("wall", "apical wall", "pointedness", "pointedness", "bend", "bend"),
+)
+"""What the parameters of the fit are about, in words."""
+
+AT_BOUND = 1e-3
+"""Distance from a bound, over that between both, from which a parameter is at its bound."""
+
 MAX_EVALUATIONS = 40
 
 AROUND, ALONG = 24, 12
@@ -83,6 +102,8 @@ class TruncatedEllipsoid:
     sway : (5, 2) float64
         How far the endocardium's sections lie from the long axis: coefficients of z^0 to z^4, in mm
         and powers of it.
+    limited : tuple of str
+        What of it a fit would have changed further, had it been allowed to.
     """
 
     center: NDArray[np.float64]
@@ -95,6 +116,7 @@ class TruncatedEllipsoid:
     taper: tuple[float, float] = (0.0, 0.0)
     bend: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
     sway: NDArray[np.float64] = field(default_factory=lambda: STRAIGHT)
+    limited: tuple[str, ...] = ()
 
     def semi_axes(self, depth: float) -> tuple[NDArray[np.float64], float, float]:
         """Section (2, 2), semi-axis and base angle at a depth: 0 endocardium, 1 epicardium."""
@@ -203,7 +225,9 @@ def fit_ellipsoid(anatomy: Anatomy) -> TruncatedEllipsoid:
         misfit, start, bounds=(low, high), loss="soft_l1", f_scale=ROBUST, max_nfev=MAX_EVALUATIONS
     )
     found = shape(fit.x)
-    return replace(found, sway=pool_sway(found, anatomy))
+    close = np.minimum(fit.x - low, high - fit.x) < AT_BOUND * (high - low)
+    limited = tuple(dict.fromkeys(np.array(PARAMETERS)[close].tolist()))
+    return replace(found, sway=pool_sway(found, anatomy), limited=limited)
 
 
 def pool_sway(shape: TruncatedEllipsoid, anatomy: Anatomy) -> NDArray[np.float64]:

@@ -33,6 +33,7 @@ def lv_template(
     graded: bool = True,
     apex: Apex = "collapsed",
     hole: float = 0.0,
+    shape: TruncatedEllipsoid | None = None,
 ) -> HexMesh:
     """Truncated ellipsoid fitted to an anatomy, as a cubic Hermite mesh.
 
@@ -46,13 +47,15 @@ def lv_template(
     apex : {"collapsed", "hole", "patch"}
     hole : float
         Radius of the apical hole on the endocardium, mm.
+    shape : TruncatedEllipsoid, optional
+        The left ventricle's, by `heartgen.templates.ellipsoid.fit_ellipsoid`; fitted if omitted.
 
     Returns
     -------
     HexMesh
         In the world (LPS), mm; straight across the wall.
     """
-    shape = fit_ellipsoid(anatomy)
+    shape = shape or fit_ellipsoid(anatomy)
     return ellipsoid_mesh(shape, elements, graded, apex, hole).transformed(anatomy.frame)
 
 

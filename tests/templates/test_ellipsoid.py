@@ -14,6 +14,7 @@ from scipy.linalg import expm
 
 import heartgen
 from heartgen.anatomy import Anatomy, analyze
+from heartgen.fit_findings import template_limited
 from heartgen.images import Mask
 from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import jacobian_ratio
@@ -63,7 +64,7 @@ def inside(shape: TruncatedEllipsoid, depth: int, lowest: float = 0.0) -> float:
 
 def wall_volume(shape: TruncatedEllipsoid, mesh: HexMesh) -> float:
     """Volume of the wall, mm^3, without what a hole takes away: a frustum between its rims."""
-    rim = mesh.topology.surfaces.get("apex")
+    rim = mesh.topology.surfaces.get("apical_rim")
     if rim is None:
         return inside(shape, 1) - inside(shape, 0)
     ends = mesh.evaluate(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))[rim[:, 0], :, 2].mean(0)
@@ -170,3 +171,17 @@ def test_the_endocardium_follows_a_pool_that_leaves_the_axis() -> None:
 
 def test_one_that_keeps_to_it_has_an_ellipsoid_alone() -> None:
     assert not fit_ellipsoid(analyze(swaying_cup(1.0))).sway.any()
+
+
+def test_what_an_ellipsoid_cannot_follow_is_told() -> None:
+    assert fit_ellipsoid(analyze(swaying_cup(0.0))).limited == ()
+    # A cone, whose tip is sharper than that of any of these.
+    place = np.stack(np.meshgrid(*[np.arange(-44, 46, 2.0)] * 2, np.arange(-100, 6, 2.0)), -1)
+    x, y, z = np.moveaxis(place.transpose(1, 0, 2, 3), -1, 0)
+    radius = np.hypot(x, y)
+    cone = (radius < 0.4 * (z + 96)) & (radius > 0.4 * (z + 76)) & (z < 0)
+    mask = heartgen.mask_from_array(cone, np.diag([2.0, 2.0, 2.0, 1.0]))
+    assert "pointedness" in fit_ellipsoid(analyze(mask)).limited
+    (told,) = template_limited(("pointedness",))
+    assert "pointedness" in told.message
+    assert not told.serious
