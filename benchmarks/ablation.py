@@ -22,7 +22,7 @@ from heartgen.enhancement import enhance
 from heartgen.fairness import assess_fairness
 from heartgen.mesh import HexMesh
 from heartgen.optimization import FitSettings, fit_target, optimize, settings_for
-from heartgen.pipeline import Personalization
+from heartgen.result import Personalization
 
 TERMS = ("even", "angles", "fair", "smooth", "place")
 """Weights of the terms that are left out one at a time."""

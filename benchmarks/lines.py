@@ -26,7 +26,7 @@ from heartgen.cohort.option_text import settings_from_text
 from heartgen.images.isosurface import isosurface
 from heartgen.mesh.surface_faces import face_control, tabulate_face
 from heartgen.options import elements_from_text
-from heartgen.pipeline import Personalization
+from heartgen.result import Personalization
 
 Array = NDArray[np.float64]
 

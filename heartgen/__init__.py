@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,8 @@ if TYPE_CHECKING:
     from heartgen.images import Mask, mask_from_array, read_labels, read_mask
     from heartgen.mesh import HexMesh
     from heartgen.options import Options
-    from heartgen.pipeline import Personalization, personalize, personalize_levels
+    from heartgen.pipeline import personalize, personalize_levels
+    from heartgen.result import Personalization
 
 __version__ = "0.1.0"
 
@@ -23,6 +25,9 @@ GLOSSARY = "https://github.com/heartgen/heartgen/blob/HEAD/docs/glossary.md"
 """Page of the words that users meet, with their units."""
 
 sys.meta_path.append(FormerModules())
+
+# Steps and findings are logged; whoever wants to see them sets a level and a handler.
+logging.getLogger("heartgen").addHandler(logging.NullHandler())
 
 __all__ = [
     "HexMesh",
@@ -45,7 +50,7 @@ _HOMES = {
     "HexMesh": "heartgen.mesh",
     "Mask": "heartgen.images",
     "Options": "heartgen.options",
-    "Personalization": "heartgen.pipeline",
+    "Personalization": "heartgen.result",
     "compare": "heartgen.comparison",
     "mask_from_array": "heartgen.images",
     "personalize": "heartgen.pipeline",

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+
+logger = logging.getLogger("heartgen")
 
 Progress = Callable[[str, float], None]
 """Called with the name of the running step and the share of it that is done; raise to cancel."""
@@ -37,3 +40,4 @@ class Clock:
         yield lambda done: self.progress(name, done)
         self.progress(name, 1.0)
         self.seconds[name] = round(time.perf_counter() - start, 3)
+        logger.info("%s: %.1f s", name, self.seconds[name])

@@ -1,4 +1,17 @@
-"""The errors heartgen raises on purpose. Each message says what is wrong, where, and what to do."""
+"""The errors heartgen raises on purpose. Each message says what is wrong, where, and what to do.
+
+All are `HeartgenError`; each is also the error of Python that others would raise in its place: a
+`ValueError` for what is given, an `OSError` for files.
+
+Examples
+--------
+>>> import heartgen
+>>> try:
+...     heartgen.personalize("no_such_file.nii.gz")
+... except FileNotFoundError as error:
+...     print(error)
+no_such_file.nii.gz: There is no such file: check the path.
+"""
 
 from __future__ import annotations
 
@@ -17,11 +30,23 @@ class HeartgenError(Exception):
     """Base of all errors that are meant for the user."""
 
 
-class InputError(HeartgenError):
-    """The file or array given is not a mask that heartgen can mesh."""
+class InputError(HeartgenError, ValueError):
+    """The file, array or option given is not one that heartgen can mesh with."""
 
 
-class AnatomyError(HeartgenError):
+class FileError(HeartgenError, OSError):
+    """A file cannot be written, or read, where it is."""
+
+
+class UnreadableFileError(InputError, FileError):
+    """The system does not open a file that is to be read."""
+
+
+class MissingFileError(UnreadableFileError, FileNotFoundError):
+    """There is no file of this name."""
+
+
+class AnatomyError(HeartgenError, ValueError):
     """The shape analysis could not measure the heart in the mask."""
 
 
@@ -29,8 +54,12 @@ class RegistrationError(HeartgenError):
     """No fold-free deformation from template to patient was found."""
 
 
-class MeshError(HeartgenError):
+class MeshError(HeartgenError, ValueError):
     """A mesh is not valid, or not what an operation needs."""
+
+
+class NotKeptError(HeartgenError, AttributeError):
+    """A result that was loaded has no such part."""
 
 
 class Cancelled(HeartgenError):

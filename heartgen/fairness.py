@@ -82,7 +82,7 @@ class Fairness:
     normal_p95: float | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Lines:
     """Lines of the mesh on its endo- and epicardium, each joined of edges of elements.
 

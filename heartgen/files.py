@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from heartgen.errors import HeartgenError
+from heartgen.errors import FileError, HeartgenError
 
 
 @contextmanager
@@ -28,20 +28,22 @@ def replacing(path: str | Path) -> Iterator[Path]:
 
     Raises
     ------
-    HeartgenError
+    FileError
         If the file cannot be written.
     """
     target = Path(os.path.realpath(path))  # a link stays a link to the new file
     temporary = target.with_name(f".{uuid.uuid4().hex}{_ending(target)}")
     try:
         if target.exists() and not target.is_file():
-            raise HeartgenError(f"{path}: This is not a file: choose another name.")
+            raise FileError(f"{path}: This is not a file: choose another name.")
         target.parent.mkdir(parents=True, exist_ok=True)
         yield temporary
         flush(temporary)
         temporary.replace(target)
+    except HeartgenError:
+        raise
     except OSError as error:
-        raise HeartgenError(
+        raise FileError(
             f"{path}: The file cannot be written ({error.strerror or error}): choose a folder with "
             "free space in which you may write."
         ) from error

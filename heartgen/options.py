@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
+from difflib import get_close_matches
 from math import isfinite
-from typing import Literal, get_args
+from numbers import Integral, Real
+from typing import Any, Literal, get_args
 
 from heartgen.errors import InputError
-from heartgen.renamed import takes_former_options
+from heartgen.renamed import new_options, takes_former_options
 
 STEPS = (
     "shape analysis",
@@ -115,6 +118,7 @@ class Options:
     insertion: Insertion = "rounded"
 
     def __post_init__(self) -> None:
+        self._check_types()
         if self.lod not in range(1, 6):
             raise InputError(f"level of detail {self.lod} does not exist: choose 1 to 5")
         if self.elements is not None and (
@@ -181,6 +185,13 @@ class Options:
             )
         self._check_apex()
 
+    def _check_types(self) -> None:
+        """Refuse what is not of the kind that an option has."""
+        for each in fields(self):
+            value, (fits, kind) = getattr(self, each.name), _kind_of(each.name)
+            if not fits(value):
+                raise InputError(f"{each.name} {value!r} is not {kind}: give {kind}")
+
     def _check_apex(self) -> None:
         """Refuse an apex that cannot be made."""
         if self.apex not in get_args(Apex):
@@ -213,6 +224,47 @@ class Options:
         )
 
 
+def chosen(options: Options | None, choices: Mapping[str, Any]) -> Options:
+    """Options with single ones replaced.
+
+    Parameters
+    ----------
+    options : Options or None
+        None for the defaults.
+    choices : mapping of str to value
+        By name.
+
+    Returns
+    -------
+    Options
+
+    Raises
+    ------
+    InputError
+        If there is no such option, or a value is not one.
+
+    Examples
+    --------
+    >>> chosen(None, {"lod": 3}).lod
+    3
+    >>> chosen(None, {"optimise": False})
+    Traceback (most recent call last):
+    heartgen.errors.InputError: there is no option 'optimise': did you mean 'optimize'?
+    """
+    if options is not None and not isinstance(options, Options):
+        raise InputError(
+            f"options of type {type(options).__name__} are none: give heartgen.Options(...), or "
+            "single options by name, such as lod=3"
+        )
+    wanted, known = new_options(choices), [each.name for each in fields(Options)]
+    for name in wanted:
+        if name not in known:
+            close = get_close_matches(name, known, 1)
+            told = f"did you mean {close[0]!r}?" if close else f"choose among {', '.join(known)}"
+            raise InputError(f"there is no option {name!r}: {told}")
+    return replace(options or Options(), **wanted)
+
+
 def usual_elements(both: bool) -> tuple[int, int, int]:
     """Elements (radial, circumferential, longitudinal) of a left ventricle, or of both."""
     return BIV_ELEMENTS if both else LV_ELEMENTS
@@ -240,3 +292,36 @@ def direction_from_text(text: str) -> tuple[float, float, float]:
             "example -1,-1,0"
         ) from None
     return x, y, z
+
+
+def _kind_of(name: str) -> tuple[Callable[[Any], bool], str]:
+    """Whether a value is of the kind of an option, and that kind in words."""
+    return KINDS.get(name, (lambda value: isinstance(value, str), "a word"))
+
+
+def _is_switch(value: Any) -> bool:
+    return type(value).__name__ in ("bool", "bool_")  # Python's and NumPy's
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, Integral) and not isinstance(value, bool)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def _are_numbers(value: Any) -> bool:
+    return isinstance(value, tuple | list) and all(map(_is_number, value))
+
+
+KINDS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
+    **dict.fromkeys(("optimize", "enhance", "transmural_grading"), (_is_switch, "True or False")),
+    **dict.fromkeys(("quality", "min_jacobian_ratio"), (_is_number, "a number")),
+    "lod": (_is_whole, "a whole number"),
+    "elements": (lambda v: v is None or _are_numbers(v), "three whole numbers, or None"),
+    "truncate": (lambda v: isinstance(v, str) or _is_number(v), "a number, 'auto' or 'off'"),
+    "septal_direction": (lambda v: v is None or _are_numbers(v), "three numbers, or None"),
+    "hole_radius": (lambda v: v is None or _is_number(v), "a number, or None"),
+}
+"""Kinds of the options that are no words."""

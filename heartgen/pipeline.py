@@ -3,47 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass, field, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from heartgen.anatomy import (
-    Anatomy,
-    Cone,
-    analyze_under,
-    cone_through,
-    raw_indicator,
-    with_hole,
-    with_views,
-)
-from heartgen.assessment import assess_accuracy, assess_quality
+from heartgen.anatomy import Anatomy, analyze_under, rim_cone, with_hole, with_views
 from heartgen.clock import Clock, Progress
-from heartgen.coverage import assess_coverage
 from heartgen.enhancement import enhance
-from heartgen.errors import InputError, recalling
-from heartgen.fairness import assess_fairness
-from heartgen.fields import FIELDS, FiberRule, clinical_indices, make_fields
-from heartgen.fields.catalog import DIRECTIONS, check_names
-from heartgen.fit_findings import (
-    elements_regularized,
-    lod_reduced,
-    min_jacobian_ratio_missed,
-    template_limited,
-)
-from heartgen.formats import cells_of, fields_held, file_name, write_mesh, write_text
+from heartgen.errors import recalling
 from heartgen.images import Mask
-from heartgen.mesh import HexMesh, MeshField
+from heartgen.images.accepting import MaskLike, accept_all
+from heartgen.images.reading import log_findings
+from heartgen.mesh import HexMesh
 from heartgen.mesh.hermite import RIM
-from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.validity import certify
 from heartgen.optimization import curve_transmural_lines, fit_target, misfit, optimize, settings_for
-from heartgen.options import HOLE_SHARE, Options, usual_elements
+from heartgen.options import HOLE_SHARE, Options, chosen, usual_elements
 from heartgen.registration import Deformation, register
-from heartgen.renamed import new_options
-from heartgen.report import REPORT, Report, mask_sha256, measured, slices_of
+from heartgen.reporting import Fit, assess, report_on
+from heartgen.result import Personalization
 from heartgen.templates import (
     TruncatedEllipsoid,
     biventricular_template,
@@ -52,116 +33,15 @@ from heartgen.templates import (
 )
 from heartgen.warping import warp
 
-if TYPE_CHECKING:
-    import pyvista
-
-
-@dataclass(frozen=True)
-class Personalization:
-    """A mesh fitted to a patient, and everything on the way to it.
-
-    Attributes
-    ----------
-    mask : Mask
-    options : Options
-    anatomy : Anatomy
-        What the shape analysis measured.
-    template : HexMesh
-        The tailored template, placed on the patient.
-    deformations : tuple of Deformation
-        The map after each registration pass.
-    warped : HexMesh
-        The mesh before enhancement.
-    enhanced : HexMesh
-        The mesh before optimization.
-    mesh : HexMesh
-        The result; mm, world (LPS).
-    report : Report
-    """
-
-    mask: Mask
-    options: Options
-    anatomy: Anatomy
-    template: HexMesh
-    deformations: tuple[Deformation, ...]
-    warped: HexMesh
-    enhanced: HexMesh
-    mesh: HexMesh
-    report: Report = field(repr=False)
-
-    def write(
-        self,
-        folder: str | Path,
-        formats: tuple[str, ...] = ("exf", "vtu"),
-        fields: Iterable[str | MeshField] = tuple(FIELDS),
-        rule: FiberRule | None = None,
-        cells: str | None = None,
-    ) -> list[Path]:
-        """Write the mesh and its report; each file appears whole or not at all.
-
-        Parameters
-        ----------
-        folder : path
-            Created if absent; gets ``mesh.exf``, ``mesh.vtu`` and ``report.json``.
-        formats : tuple of str
-            Names of the mesh formats, of `heartgen.formats.FORMATS`.
-        fields : iterable of str or MeshField
-            Fields on the mesh that go into the files that have a place for them: names of
-            `heartgen.fields.FIELDS`, of which all are written if omitted, or fields of your own.
-        rule : FiberRule, optional
-            Angles of the fibers.
-        cells : {"hex8", "hex20", "hex27", "tet4", "tet10"}, optional
-            Cells for the formats of linear or quadratic cells; the usual ones of each if omitted.
-
-        Returns
-        -------
-        list of Path
-            The files written.
-        """
-        folder, fields = Path(folder), tuple(fields)
-        named = check_names(name for name in fields if isinstance(name, str))
-        made = self.fields(_needed(named, formats), rule)
-        own = tuple(field for field in fields if isinstance(field, MeshField))
-        paths: list[Path] = []
-        for name in formats:
-            path = folder / file_name("mesh", name)
-            wanted = cells_of(name, cells)
-            paths += write_mesh(self.mesh, path, (*made, *own), name, wanted).files
-        write_text(self.report.to_json() + "\n", folder / REPORT)
-        return [*paths, folder / REPORT]
-
-    def fields(
-        self, names: Iterable[str] | None = None, rule: FiberRule | None = None
-    ) -> tuple[MeshField, ...]:
-        """Make fields on the mesh.
-
-        Parameters
-        ----------
-        names : iterable of str, optional
-            Of `heartgen.fields.FIELDS`: material coordinates, AHA segments, fibers and their
-            angles, and thickness and curvature of the wall; all if omitted.
-        rule : FiberRule, optional
-            Angles of the fibers.
-
-        Returns
-        -------
-        tuple of MeshField
-        """
-        return make_fields(
-            self.mesh, names, rule=rule, septal_direction=self.options.septal_direction
-        )
-
-    def plot(self, **options: Any) -> pyvista.Plotter:
-        """Show the mesh over the mask's surface; options go to `heartgen.viewing.plot`."""
-        from heartgen.viewing import plot
-
-        return plot(self, **options)
+__all__ = ["Personalization", "personalize", "personalize_levels"]
 
 
 def personalize(
-    mask: Mask | Sequence[Mask],
+    mask: MaskLike | Sequence[MaskLike],
     options: Options | None = None,
     *,
+    affine: ArrayLike | None = None,
+    spacing: ArrayLike | None = None,
     progress: Progress = lambda step, done: None,
     anatomy: Anatomy | None = None,
     **choices: Any,
@@ -170,11 +50,17 @@ def personalize(
 
     Parameters
     ----------
-    mask : Mask, or sequence of Mask
-        From `heartgen.read_mask`; or a short-axis stack and further views of the same heart, such
-        as long-axis slices, read with ``view=True``.
+    mask : path, Mask, array, nibabel image or SimpleITK image, or sequence of them
+        A binary mask of the myocardium; a file is read by `heartgen.read_mask`, a label map by
+        `heartgen.read_labels`. Or a short-axis stack and further views of the same heart, such as
+        long-axis slices; those that are read elsewhere, with ``view=True``.
     options : Options, optional
         Defaults to ``Options()``.
+    affine : (4, 4) array-like, optional
+        Of an array: voxel index (i, j, k) to world, mm, LPS. If yours is of nibabel, which has RAS,
+        give the image itself, or `heartgen.mask_from_array` with ``frame="RAS"``.
+    spacing : float or (3,) array-like, optional
+        Of an array, in place of an affine: distance of its voxels along i, j, k, mm.
     progress : callable
         Called with the name of the running step and the share of it that is done. It cancels the
         run by raising `heartgen.errors.Cancelled`.
@@ -192,17 +78,35 @@ def personalize(
     ------
     HeartgenError
         With one sentence that says what is wrong, where, and what to do.
+
+    Examples
+    --------
+    >>> import heartgen
+    >>> from heartgen import samples
+    >>> cup = samples.ideal_cup(spacing=3.0).mask
+    >>> result = heartgen.personalize(cup.voxels, spacing=3.0, optimize=False)
+    >>> result.report.quality.valid
+    True
     """
-    options = replace(options or Options(), **new_options(choices))
-    levels = (options.lod,)
-    return personalize_levels(mask, levels, options, progress=progress, anatomy=anatomy)[0]
+    options = chosen(options, choices)
+    return personalize_levels(
+        mask,
+        (options.lod,),
+        options,
+        affine=affine,
+        spacing=spacing,
+        progress=progress,
+        anatomy=anatomy,
+    )[0]
 
 
 def personalize_levels(
-    mask: Mask | Sequence[Mask],
+    mask: MaskLike | Sequence[MaskLike],
     levels: Iterable[int] = (1, 2, 3, 4, 5),
     options: Options | None = None,
     *,
+    affine: ArrayLike | None = None,
+    spacing: ArrayLike | None = None,
     progress: Progress = lambda step, done: None,
     anatomy: Anatomy | None = None,
     **choices: Any,
@@ -211,12 +115,14 @@ def personalize_levels(
 
     Parameters
     ----------
-    mask : Mask, or sequence of Mask
+    mask : path, Mask, array, nibabel image or SimpleITK image, or sequence of them
         As for `personalize`.
     levels : iterable of int
         Levels of detail.
     options : Options, optional
         All but the level of detail.
+    affine, spacing : array-like, optional
+        As for `personalize`.
     progress : callable
         As for `personalize`.
     anatomy : Anatomy, optional
@@ -233,14 +139,21 @@ def personalize_levels(
     ------
     HeartgenError
         With one sentence that says what is wrong, where, and what to do.
+
+    Examples
+    --------
+    >>> import heartgen
+    >>> from heartgen import samples
+    >>> cup = samples.ideal_cup(spacing=3.0).mask
+    >>> coarse, fine = heartgen.personalize_levels(cup, (1, 2), optimize=False)
+    >>> fine.options.lod
+    2
     """
     # Many small systems: one thread of the linear algebra library is fastest, and its sums do not
     # depend on the number of cores.
     with threadpool_limits(1, "blas"):
-        whole = replace(options or Options(), **new_options(choices))
-        images = [mask] if isinstance(mask, Mask) else list(mask)
-        if not images:
-            raise InputError("there is no image of the heart: give a mask, and further views of it")
+        whole = chosen(options, choices)
+        images = accept_all(mask, affine=affine, spacing=spacing)
         with recalling(finding.message for image in images for finding in image.findings):
             return _personalize(images[0], images[1:], tuple(levels), whole, progress, anatomy)
 
@@ -263,7 +176,7 @@ def _personalize(
         ellipsoid = fit_ellipsoid(anatomy)
         template = _template(anatomy, ellipsoid, options)
         if RIM in template.topology.surfaces:
-            anatomy = with_hole(anatomy, _cone(template))
+            anatomy = with_hole(anatomy, rim_cone(template))
     with clock.step("registration") as done:
         deformations = register(
             template,
@@ -278,7 +191,7 @@ def _personalize(
     return tuple(_finish(start, o, Clock(progress, clock.seconds)) for o in each)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Start:
     """What the levels of detail have in common."""
 
@@ -301,57 +214,27 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
         mesh, regularized = _optimized(enhanced, anatomy, options, done)
     if options.basis == "lagrange":
         mesh = mesh.to_lagrange()
-    with clock.step("assessment"):
-        slices = anatomy.slices
-        accuracy = assess_accuracy(
-            mesh,
-            anatomy.myocardium,
-            anatomy.wall_volume,
-            None if slices is None else slices.outline,
-            None if slices is None or not slices.shifts.any() else slices.given,
-            raw_indicator(start.mask, anatomy) if slices is None else None,
-        )
-        quality = assess_quality(mesh)
-        coverage = assess_coverage(mesh, start.mask, anatomy)
-        fairness = assess_fairness(mesh, anatomy)
-        unoptimized = assess_fairness(enhanced)
-    report = Report(
-        name=start.mask.name,
-        mask_sha256=mask_sha256(start.mask),
-        options=asdict(options),
-        accuracy=accuracy,
-        quality=quality,
-        fairness=fairness,
-        unenhanced_quality=float(jacobian_ratio(warped).mean()),
-        unoptimized_quality=float(jacobian_ratio(enhanced).mean()),
-        unoptimized_fairness=unoptimized,
-        measurements=measured(anatomy, mesh),
-        indices=clinical_indices(mesh, options.septal_direction),
-        coverage=coverage,
-        voxel_diagonal=start.mask.voxel_diagonal,
-        pixel_diagonal=start.mask.pixel_diagonal,
+    fit = Fit(
+        mask=start.mask,
+        anatomy=anatomy,
+        options=options,
+        warped=warped,
+        enhanced=enhanced,
+        mesh=mesh,
+        limited=start.ellipsoid.limited,
+        wanted=len(deformations),
+        level=level,
+        regularized=regularized,
         fold_bound=deformations[level - 1].least_determinant(),
-        slices=slices_of(anatomy),
-        findings=start.mask.findings
-        + anatomy.findings
-        + template_limited(start.ellipsoid.limited)
-        + lod_reduced(len(deformations), level)
-        + elements_regularized(regularized)
-        + ((coverage.finding,) if coverage.finding else ())
-        + min_jacobian_ratio_missed(quality.min, options.min_jacobian_ratio),
-        seconds=clock.seconds,
     )
+    with clock.step("assessment"):
+        found = assess(fit)
+    report = report_on(fit, found, clock.seconds)
+    seen = start.mask.findings
+    log_findings((each for each in report.findings if each not in seen), start.mask.name)
     return Personalization(
         start.mask, options, anatomy, start.template, deformations, warped, enhanced, mesh, report
     )
-
-
-def _needed(fields: Iterable[str], formats: Iterable[str]) -> list[str]:
-    """Names of the fields for which one of these formats has a place."""
-    held = {fields_held(name) for name in formats}
-    if "all" in held:
-        return list(fields)
-    return [name for name in fields if name == DIRECTIONS] if "directions" in held else []
 
 
 def _template(anatomy: Anatomy, ellipsoid: TruncatedEllipsoid, options: Options) -> HexMesh:
@@ -360,16 +243,6 @@ def _template(anatomy: Anatomy, ellipsoid: TruncatedEllipsoid, options: Options)
     elements = options.elements or usual_elements(anatomy.rv is not None)
     hole = HOLE_SHARE * anatomy.radius if options.hole_radius is None else options.hole_radius
     return make(anatomy, elements, options.transmural_grading, options.apex, hole, ellipsoid)
-
-
-def _cone(template: HexMesh) -> Cone:
-    """Cone through the rims of the template's apical hole."""
-    radial = template.topology.index[template.topology.surfaces[RIM][:, 0], 0]
-    rims = []
-    for layer, face in ((0, 0.0), (radial.max(), 1.0)):
-        elements = template.topology.surfaces[RIM][radial == layer, 0]
-        rims.append(template.evaluate(np.array([[0.0, 0.0, face]]))[elements, 0])
-    return cone_through(*rims)
 
 
 def _deepest_valid(

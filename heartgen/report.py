@@ -5,25 +5,22 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from heartgen.anatomy import Anatomy
 from heartgen.assessment import QUALITY_THRESHOLD, Accuracy, Quality
-from heartgen.coverage import ML, Coverage
-from heartgen.errors import InputError
+from heartgen.coverage import Coverage
+from heartgen.errors import HeartgenError, InputError
 from heartgen.fairness import Fairness
 from heartgen.fields.indices import Indices
 from heartgen.images.mask import Finding, Mask
-from heartgen.mesh import HexMesh
-from heartgen.mesh.jacobian import volume
 from heartgen.options import Options
 from heartgen.renamed import REPORT as FORMER
 from heartgen.renamed import has_former_attributes, new_options
+from heartgen.shown import as_html, in_lines
 
 REPORT = "report.json"
 """Name of the file of a report, beside the mesh."""
@@ -142,6 +139,8 @@ class Report:
         Time of each step.
     versions : dict of str to str
         Of heartgen, Python and the libraries that shape the result.
+    mask_source : dict or None
+        Where the mask was read, as `Mask.source`; None if it came as an array.
     """
 
     name: str
@@ -163,6 +162,7 @@ class Report:
     findings: tuple[Finding, ...]
     seconds: dict[str, float]
     versions: dict[str, str] = field(default_factory=lambda: _versions())
+    mask_source: Mapping[str, Any] | None = None
 
     @property
     def grain(self) -> str:
@@ -237,39 +237,17 @@ class Report:
         ]
         return "\n".join(lines + [f"  note     {f.message}" for f in self.findings])
 
-    __repr__ = __str__
+    def __repr__(self) -> str:
+        return in_lines(str(self).splitlines(), " in print(report)")
+
+    def _repr_html_(self) -> str:
+        return as_html(repr(self))
 
 
 def _raw(accuracy: Accuracy) -> list[str]:
     """The paper's error and the other direction, beside ours."""
     raw = "" if accuracy.raw_mean is None else f"unsmoothed mask {accuracy.raw_mean:.3f}  "
     return [f"           {raw}from mesh to mask {accuracy.reverse_mean:.3f} mm"]
-
-
-def measured(anatomy: Anatomy, mesh: HexMesh) -> Measurements:
-    """Sizes of a heart and of its mesh.
-
-    Parameters
-    ----------
-    anatomy : Anatomy
-    mesh : HexMesh
-        mm, world (LPS).
-
-    Returns
-    -------
-    Measurements
-    """
-    return Measurements(
-        length=anatomy.length,
-        radius=anatomy.radius,
-        wall_thickness=anatomy.wall_thickness,
-        apex_thickness=anatomy.apex_thickness,
-        truncation=anatomy.base.truncation,
-        pool_volume=anatomy.pool_volume / ML,
-        wall_volume=anatomy.wall_volume / ML,
-        mesh_volume=volume(mesh) / ML,
-        right=_right(anatomy),
-    )
 
 
 def mask_sha256(mask: Mask) -> str:
@@ -302,32 +280,13 @@ def options_beside(mesh: Path) -> Options:
         said = json.loads(path.read_text(encoding="utf-8"))["options"].items()
         options: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in said}
         return Options(**new_options(options, stored=True))
+    except HeartgenError:
+        raise
     except (OSError, ValueError, LookupError, AttributeError, TypeError) as error:
         raise InputError(
             f"{path}: This report does not say what the mesh beside it was made under: move it "
             "away, or fit the mask again."
         ) from error
-
-
-def slices_of(anatomy: Anatomy) -> tuple[SliceReport, ...]:
-    """Heights and shifts of the slices of a stack.
-
-    Parameters
-    ----------
-    anatomy : Anatomy
-
-    Returns
-    -------
-    tuple of SliceReport
-        Empty if the mask is no stack.
-    """
-    if anatomy.slices is None:
-        return ()
-    heights = anatomy.slices.heights - anatomy.slices.heights[0]
-    return tuple(
-        SliceReport(float(height), (float(x), float(y), float(z)))
-        for height, (x, y, z) in zip(heights, anatomy.slices.shifts, strict=True)
-    )
 
 
 def _as_given(a: Accuracy) -> list[str]:
@@ -344,21 +303,6 @@ def _wriggle(f: Fairness, before: Fairness) -> str:
         f"  fairness wriggle around {f.circumferential_median:.0f}  "
         f"along {f.longitudinal_median:.0f}{normals} degrees  (before optimization "
         f"{before.circumferential_median:.0f} and {before.longitudinal_median:.0f})"
-    )
-
-
-def _right(anatomy: Anatomy) -> RightMeasurements | None:
-    """Sizes of the right ventricle."""
-    if anatomy.rv is None:
-        return None
-    low, high = np.degrees(anatomy.rv.insertion)
-    return RightMeasurements(
-        wall_thickness=anatomy.rv.wall_thickness,
-        septal_thickness=anatomy.rv.septal_thickness,
-        width=anatomy.rv.width,
-        apex_level=anatomy.rv.apex_level,
-        insertion=(float(low), float(high)),
-        pool_volume=anatomy.rv.pool_volume / ML,
     )
 
 

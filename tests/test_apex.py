@@ -15,7 +15,7 @@ from heartgen.errors import HeartgenError, InputError
 from heartgen.formats import write_exf, write_vtu
 from heartgen.images import Mask
 from heartgen.mesh.validity import certify
-from heartgen.pipeline import Personalization
+from heartgen.result import Personalization
 
 pytestmark = pytest.mark.slow
 

@@ -18,7 +18,7 @@ from heartgen.mesh.closest import closest_points
 from heartgen.mesh.projection import projector
 from heartgen.mesh.surface_faces import face_control, face_signs, sample_faces, tabulate_face
 from heartgen.mesh.validity import certify
-from heartgen.pipeline import Personalization
+from heartgen.result import Personalization
 from heartgen.warping import GAUSS
 
 pytestmark = pytest.mark.slow

@@ -13,7 +13,7 @@ from heartgen import samples
 from heartgen.anatomy import analyze
 from heartgen.coverage import MOST_ABOVE, assess_coverage
 from heartgen.images.mask import LEFT_BLOOD, RIGHT_BLOOD, Mask
-from heartgen.pipeline import Personalization
+from heartgen.result import Personalization
 from heartgen.templates import lv_template
 
 COARSE = 2.5

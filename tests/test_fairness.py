@@ -24,7 +24,7 @@ from heartgen.mesh.biventricular_topology import RvAttachment, biventricular_top
 from heartgen.mesh.connectivity import merge_coincident
 from heartgen.mesh.numbering import corner_nodes
 from heartgen.options import Apex
-from heartgen.pipeline import Personalization
+from heartgen.result import Personalization
 from heartgen.templates import lv_template
 from heartgen.templates.ellipsoid import TruncatedEllipsoid
 from heartgen.templates.lv import ellipsoid_mesh

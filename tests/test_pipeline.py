@@ -21,7 +21,7 @@ from heartgen.mesh.jacobian import volume
 from heartgen.mesh.surface_faces import sample_faces
 from heartgen.optimization import FitSettings, fit_target, misfit, settings_for
 from heartgen.options import OPTIMIZED_PASSES, OPTIMIZED_PASSES_OF_ONE, STEPS
-from heartgen.pipeline import Personalization
+from heartgen.result import Personalization
 from heartgen.warping import warp
 
 COARSE = 2.0
@@ -346,7 +346,7 @@ def test_slices_that_are_shifted_are_moved_back_and_reported() -> None:
 def test_fields_are_made_for_formats_that_hold_them(fitted, tmp_path, monkeypatch, formats, made):
     asked = []
     monkeypatch.setattr(
-        "heartgen.pipeline.make_fields", lambda mesh, names, **_: asked.append(list(names)) or ()
+        "heartgen.result.make_fields", lambda mesh, names, **_: asked.append(list(names)) or ()
     )
     fitted.write(tmp_path, formats)
     assert asked == [list(heartgen.fields.FIELDS) if made == "all" else made]

@@ -4,7 +4,7 @@ from heartgen.anatomy.analysis import Anatomy, analyze, analyze_under, raw_indic
 from heartgen.anatomy.basal_surface import BasalSurface
 from heartgen.anatomy.base import Base
 from heartgen.anatomy.heart_shape import Slices
-from heartgen.anatomy.hole import Cone, cone_through, with_hole
+from heartgen.anatomy.hole import Cone, cone_through, rim_cone, with_hole
 from heartgen.anatomy.plane import Plane
 from heartgen.anatomy.right_ventricle import RvAnatomy
 from heartgen.anatomy.views import with_views
@@ -22,6 +22,7 @@ __all__ = [
     "analyze_under",
     "cone_through",
     "raw_indicator",
+    "rim_cone",
     "with_hole",
     "with_views",
 ]

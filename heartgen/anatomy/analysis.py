@@ -43,7 +43,7 @@ LARGE_HOLE = 0.15
 """Size of an opening, over that at the base, from which it is no pin-hole but a missing wall."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Anatomy:
     """What the shape analysis measured in a mask.
 

@@ -25,7 +25,7 @@ CELLS = 128
 """Cells of the surface's grid along its longer side."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BasalSurface:
     """A plane with bumps.
 

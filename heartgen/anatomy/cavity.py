@@ -34,7 +34,7 @@ CONNECTED = np.ones((3, 3, 3), dtype=bool)
 """Voxels that touch at a face, an edge or a corner are connected."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Space:
     """A myocardium and what its convex hull adds to it.
 
@@ -55,7 +55,7 @@ class Space:
     spacing: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Leak:
     """An opening of a pool that is not the one at the base.
 
@@ -71,7 +71,7 @@ class Leak:
     center: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cavity:
     """The blood pool of a ventricle.
 

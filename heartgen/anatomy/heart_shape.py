@@ -17,7 +17,7 @@ POOL_SURFACES = ("lv_endo", "rv_endo")
 """Names of the pools' surfaces."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Slices:
     """What the slices of a stack show.
 
@@ -65,7 +65,7 @@ class Slices:
         return np.asarray(self.shifts[nearest] * within[:, None])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class HeartShape:
     """Wall, pools, base and surfaces.
 

@@ -11,9 +11,11 @@ from heartgen.anatomy.analysis import Anatomy
 from heartgen.anatomy.fit_surfaces import heights
 from heartgen.images.levelset import LevelSet
 from heartgen.images.mask import Finding
+from heartgen.mesh.hermite import RIM
+from heartgen.mesh.hexmesh import HexMesh
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cone:
     """The side of an apical hole: a straight line turned about an axis.
 
@@ -59,6 +61,16 @@ def cone_through(endo: NDArray[np.float64], epi: NDArray[np.float64]) -> Cone:
     depth = float(np.linalg.norm(origin - outside))
     radius, outer = (float(np.linalg.norm(rim - rim.mean(0), axis=1).mean()) for rim in (endo, epi))
     return Cone(origin, (origin - outside) / depth, radius, max(outer - radius, 0) / depth)
+
+
+def rim_cone(mesh: HexMesh) -> Cone:
+    """Cone through the rims of the apical hole of a mesh."""
+    radial = mesh.topology.index[mesh.topology.surfaces[RIM][:, 0], 0]
+    rims = []
+    for layer, face in ((0, 0.0), (radial.max(), 1.0)):
+        elements = mesh.topology.surfaces[RIM][radial == layer, 0]
+        rims.append(mesh.evaluate(np.array([[0.0, 0.0, face]]))[elements, 0])
+    return cone_through(*rims)
 
 
 def with_hole(anatomy: Anatomy, cone: Cone) -> Anatomy:

@@ -38,7 +38,7 @@ KNOTS = np.array([0.85, 0.7, 0.5, 0.3, 0.15, 0.05, 0.0])
 tapering sections stand for slices."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Part:
     """A part of the heart as signed distances in planes.
 

@@ -26,7 +26,7 @@ CROSSING = np.radians(45.0)
 """Angle from x within which rays cross the pool from septum to free wall."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RvAnatomy:
     """What the shape analysis measured of a right ventricle.
 

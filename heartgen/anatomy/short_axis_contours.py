@@ -69,7 +69,7 @@ RIGHT_WIDE = 0.6
 """
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ShortAxisContours:
     """Parts of the heart in each slice, from apex to base.
 

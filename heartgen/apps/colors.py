@@ -23,7 +23,7 @@ from heartgen.viewing.polydata import on_surface, to_mask
 from heartgen.viewing.scene import MESH, REGION_COLORS, Scale, color_scale
 
 if TYPE_CHECKING:
-    from heartgen.pipeline import Personalization
+    from heartgen.result import Personalization
 
 Array = NDArray[np.float64]
 Colors = NDArray[np.uint8]
@@ -42,7 +42,7 @@ FIELD_RANGE = (1.0, 99.0)
 """Percentiles of a field at the ends of its color scale, where it has no ends of its own."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PaintedFaces:
     """A surface to be colored.
 
@@ -91,7 +91,7 @@ class PaintedFaces:
         return np.repeat(np.arange(len(sizes)), sizes)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Painted:
     """Colors of a surface, and their key.
 

@@ -165,7 +165,7 @@ def mesh_scene(outcome: Outcome, view: SceneView) -> Scene:
     return Scene(mesh, lines, mask, painted)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Drawn:
     """The geometry of one stage of one result, before it is colored and cut."""
 

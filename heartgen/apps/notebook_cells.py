@@ -17,7 +17,7 @@ from heartgen.apps.session import Session, post_on_loop
 from heartgen.errors import InputError
 
 if TYPE_CHECKING:
-    from heartgen.pipeline import Personalization
+    from heartgen.result import Personalization
 
 
 def view(result: Personalization) -> widgets.Widget:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from heartgen.anatomy import Anatomy
     from heartgen.apps.input_case import InputCase
     from heartgen.options import Options
-    from heartgen.pipeline import Personalization
+    from heartgen.result import Personalization
 
 INTERVAL = 0.2
 """Least seconds between two reports of progress, so that the page can keep up."""

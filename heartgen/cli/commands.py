@@ -42,7 +42,7 @@ from heartgen.errors import MeshError
 if TYPE_CHECKING:
     from heartgen.images import Mask
     from heartgen.options import Options
-    from heartgen.pipeline import Personalization
+    from heartgen.result import Personalization
 
 app = typer.Typer(
     add_completion=False,

@@ -12,7 +12,7 @@ from pathlib import Path
 import typer
 from rich.console import Console
 
-from heartgen.errors import Cancelled, HeartgenError, notes_of, refused_by_system
+from heartgen.errors import Cancelled, FileError, HeartgenError, notes_of, refused_by_system
 
 FAILED = 1
 """Exit code of an error that has a sentence."""
@@ -95,8 +95,10 @@ def written_together(folder: Path) -> Iterator[Path]:
             for file in sorted(Path(stage).iterdir()):
                 file.replace(folder / file.name)
                 typer.echo(folder / file.name)
+    except HeartgenError:
+        raise
     except OSError as error:
-        raise HeartgenError(
+        raise FileError(
             f"{folder}: the results cannot be written there ({error.strerror or error}): choose "
             "a folder with free space in which you may write"
         ) from error

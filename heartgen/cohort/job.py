@@ -22,7 +22,7 @@ from heartgen.options import Options
 from heartgen.renamed import former_options, new_row
 
 if TYPE_CHECKING:
-    from heartgen.pipeline import Personalization
+    from heartgen.result import Personalization
 
 ROWS = "rows.json"
 """File of a job's folder that says what was done, and what came out."""
@@ -168,6 +168,8 @@ def _keep(job: Job, rows: list[Row], results: Sequence[Personalization]) -> list
         write_text(json.dumps({"key": job.key(), "rows": rows}, indent=1) + "\n", stage / ROWS)
         job.home.parent.mkdir(parents=True, exist_ok=True)
         stage.rename(job.home)
+    except HeartgenError:
+        raise
     except OSError as error:
         if (done := rows_of(job)) is not None:  # a twin was faster, on a worker thought dead
             return done

@@ -27,6 +27,17 @@ SUCCESS = "success"
 FAILED = "failed: "
 """How the status of a case begins that ended without a mesh; the reason follows."""
 
+NO_COLUMNS = (
+    "name",
+    "mask_sha256",
+    "mask_source",
+    "options",
+    "slices",
+    "findings",
+    "success",
+)
+"""Parts of a report that a row has elsewhere, or not at all."""
+
 PARTS = {
     "accuracy": "error",
     "quality": "q",
@@ -80,7 +91,7 @@ def row_of(case: Case, digest: str, report: Report) -> Row:
             row |= _flat(value, PARTS[name])
         elif name == "seconds":
             row |= {f"seconds_{step.replace(' ', '_')}": s for step, s in value.items()}
-        elif name not in ("name", "mask_sha256", "options", "slices", "findings", "success"):
+        elif name not in NO_COLUMNS:
             row |= _flat(value, name) if isinstance(value, Mapping) else {name: _cell(value)}
     return {RENAMED.get(name, name): value for name, value in row.items()}
 

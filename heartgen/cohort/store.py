@@ -52,6 +52,8 @@ def opened(out: Path) -> Iterator[None]:
         raise HeartgenError(
             f"{out}: another run writes its results there: wait for it, or choose another folder"
         ) from None
+    except HeartgenError:
+        raise
     except OSError as error:
         raise HeartgenError(
             f"{out}: the results cannot be written there ({error.strerror or error}): choose "

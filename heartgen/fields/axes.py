@@ -31,7 +31,7 @@ PIECES = 12
 """Pieces of an element's edge between which the apex is searched."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class HeartAxes:
     """Axes of the left ventricle, mm, world (LPS).
 

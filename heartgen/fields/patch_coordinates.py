@@ -23,7 +23,7 @@ PERIMETER = 8.0
 """Length of the border of the square from -1 to 1."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PatchCoordinates:
     """A square of elements; coordinates a, b run from -1 to 1 along its xi1 and xi2.
 

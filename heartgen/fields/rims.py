@@ -24,7 +24,7 @@ RIM_GAUSS = 6
 """Points along an edge: integrals of products of its coordinates and one derivative are exact."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rim:
     """A closed line on which a surface ends.
 

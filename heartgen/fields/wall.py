@@ -29,7 +29,7 @@ SHARPNESS = 4
 """Power of the inverse distance by which the depth of the insertion line is carried on."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Wall:
     """Places in the wall, at the Lagrange nodes of each element.
 

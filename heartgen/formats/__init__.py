@@ -4,6 +4,7 @@ from heartgen.formats.assembled import MeshFile
 from heartgen.formats.ex1 import write_ex1
 from heartgen.formats.exf import write_exf
 from heartgen.formats.mesh_reading import READERS, convert, read_mesh, read_mesh_file
+from heartgen.formats.meshio_mesh import to_meshio
 from heartgen.formats.resampling import Resampling
 from heartgen.formats.table import (
     FORMATS,
@@ -29,6 +30,7 @@ __all__ = [
     "file_name",
     "read_mesh",
     "read_mesh_file",
+    "to_meshio",
     "write_ex1",
     "write_exf",
     "write_mesh",

@@ -47,7 +47,7 @@ RESERVED = (COORDINATES, "xi", "cmiss_number")
 """Names that a field may not have."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ExField:
     """A field whose parameters are at nodes.
 
@@ -66,7 +66,7 @@ class ExField:
     values: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ExBlock:
     """Nodes, the fields they carry, and how elements make use of these.
 
@@ -131,7 +131,7 @@ class ExBlock:
         return [list(of_node) for of_node in zip(*of_fields, strict=True)]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ExModel:
     """All that is in an EX file.
 

@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from heartgen.errors import InputError
+from heartgen.errors import HeartgenError, InputError
 from heartgen.formats.assembled import MeshFile, assembled, named_faces, our_name
 from heartgen.formats.ex1 import ELEMENTS, NODES
 from heartgen.formats.excontent import ExContent
@@ -24,7 +24,8 @@ from heartgen.formats.extext import BROKEN, COMMENT, parse_ex
 from heartgen.formats.written import read_text
 from heartgen.mesh.bernstein import lattice, tabulate
 from heartgen.mesh.field import MeshField
-from heartgen.mesh.hexmesh import COEFFICIENTS, ROUNDING
+from heartgen.mesh.hexmesh import COEFFICIENTS
+from heartgen.mesh.topology import ROUNDING
 
 
 def read_ex(path: str | Path) -> MeshFile:
@@ -47,6 +48,8 @@ def read_ex(path: str | Path) -> MeshFile:
     path = Path(path)
     try:
         return _read(path)
+    except HeartgenError:
+        raise
     except BROKEN as error:
         raise InputError(f"{path}: The file is damaged ({error}): give the whole of it.") from error
 
@@ -62,6 +65,8 @@ def _read(path: Path) -> MeshFile:
     name = _geometry(path, content, numbers)
     try:
         terms = terms_of(content, numbers, name)
+    except HeartgenError:
+        raise
     except ValueError as error:
         raise InputError(
             f"{path}: The field {name!r} cannot be read ({error}): give tricubic Hermite or "
@@ -167,6 +172,8 @@ def _fields(
             if values is None:
                 values = _on_lattice(terms_of(content, numbers, name), len(numbers))
             read.append(MeshField(name, values))
+        except HeartgenError:
+            raise
         except ValueError as error:
             unread.append(f"the field {name!r} was not read: {error}")
     return tuple(read), unread

@@ -27,7 +27,7 @@ Key = tuple[int, str, int]
 """Node, label and version of a parameter."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ExTerms:
     """A field as nodal parameters.
 

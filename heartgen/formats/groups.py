@@ -47,7 +47,7 @@ FACES = 6
 """Faces of an element."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Group:
     """Numbers, counted from 0, of the members of a part; ascending.
 

@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.formats.directions import restored
-from heartgen.formats.regions import Tags, places, tags
+from heartgen.formats.regions import Tags, tags
 from heartgen.formats.written import Written, write_texts
 from heartgen.mesh.bernstein import ORDER
 from heartgen.mesh.field import MeshField, fitting
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.lagrange_nodes import shared_points
+from heartgen.mesh.lattice_order import places
 
 VERTICES = places("000 300 330 030 003 303 333 033")
 EDGES = np.array(

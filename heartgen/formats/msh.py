@@ -13,11 +13,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.formats.regions import places, tags
+from heartgen.formats.regions import tags
 from heartgen.formats.written import Written, write_text
 from heartgen.mesh.field import MeshField, fitting
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.lagrange_nodes import shared_points
+from heartgen.mesh.lattice_order import places
 from heartgen.mesh.surface_faces import face_coefficients, face_signs
 
 HEXAHEDRON, QUADRANGLE = 92, 36

@@ -18,7 +18,7 @@ from heartgen.mesh.connectivity import merge_coincident, random_dofs
 from heartgen.mesh.hexmesh import HexMesh
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class NodalParameters:
     """Parameters of all nodes, and which of them each element corner takes.
 

@@ -13,7 +13,7 @@ WALL = "myocardium"
 """Region of elements that no named region has."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Tags:
     """Every element has one region, and every named external face one surface.
 
@@ -55,9 +55,3 @@ def tags(topology: Topology) -> Tags:
         faces=topology.external,
         surface=np.repeat(np.arange(1, len(sizes) + 1), sizes),
     )
-
-
-def places(order: str) -> NDArray[np.intp]:
-    """Lattice points of an element, xi1 fastest, from their places "ijk" or "ij" in digits 0-3."""
-    digits = np.array([[int(digit) for digit in place] for place in order.split()])
-    return np.asarray(digits @ 4 ** np.arange(digits.shape[1]))

@@ -20,7 +20,7 @@ LINES = np.array([[0, 2], [1, 3], [0, 1], [2, 3]])
 """Corners at the ends of the lines of a face: first tangent = 0, 1, second tangent = 0, 1."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Skeleton:
     """Faces and lines, numbered from 0 in order of appearance.
 

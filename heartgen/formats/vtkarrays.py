@@ -13,7 +13,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.errors import InputError
+from heartgen.errors import HeartgenError, InputError, UnreadableFileError
 
 DTYPES = {
     **{f"Int{8 * n}": f"i{n}" for n in (1, 2, 4, 8)},
@@ -28,7 +28,7 @@ BROKEN = (ValueError, KeyError, IndexError, ET.ParseError, zlib.error, binascii.
 """What comes of files that are damaged."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GridFile:
     """An unstructured grid as it stands in a file.
 
@@ -69,11 +69,13 @@ def read_grid(path: str | Path) -> GridFile:
     try:
         content = Path(path).read_bytes()
     except OSError as error:
-        raise InputError(
+        raise UnreadableFileError(
             f"{path}: The file cannot be read ({error.strerror or error}): give one that exists."
         ) from error
     try:
         return _parsed(content)
+    except HeartgenError:
+        raise
     except BROKEN as error:
         raise InputError(
             f"{path}: This is no VTU file that can be read ({error}): give an unstructured grid of "

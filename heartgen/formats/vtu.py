@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
-from heartgen.formats.regions import places
 from heartgen.formats.vtkgrid import write_grid
 from heartgen.formats.written import Written, write_text
 from heartgen.mesh.bernstein import DEGREE, cube, lagrange_to_bernstein
@@ -27,6 +26,7 @@ from heartgen.mesh.field import MeshField, fitting
 from heartgen.mesh.hexmesh import HexMesh, Topology
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.mesh.lagrange_nodes import shared_points
+from heartgen.mesh.lattice_order import VTK_ORDER, places
 
 LAGRANGE_HEXAHEDRON, BEZIER_HEXAHEDRON = 72, 79
 """VTK's numbers of the cell types."""
@@ -36,14 +36,6 @@ DEGREES = "HigherOrderDegrees"
 
 SURFACE, PATCH, PART = "surface ", "patch ", "part "
 """Beginnings of the names of cell data that tell of named parts."""
-
-ORDER = """
-000 300 330 030 003 303 333 033
-100 200 310 320 130 230 010 020 103 203 313 323 133 233 013 023 001 002 301 302 331 332 031 032
-011 021 012 022 311 321 312 322 101 201 102 202 131 231 132 232 110 210 120 220 113 213 123 223
-111 211 121 221 112 212 122 222
-"""
-"""Lattice place (i, j, k) of each of VTK's points: corners, edges, faces, inside."""
 
 
 def write_vtu(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField] = ()) -> Written:
@@ -70,7 +62,7 @@ def write_vtu(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField] = ())
     MeshError
         If a field does not fit the mesh.
     """
-    grid = _lagrange_grid(mesh, fitting(fields, mesh.n_elements))
+    grid = lagrange_grid(mesh, fields)
     cells = [(LAGRANGE_HEXAHEDRON, grid.cells)]
     return write_grid(path, grid.points, cells, grid.point_data, grid.cell_data)
 
@@ -99,7 +91,7 @@ def write_bezier_vtu(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField
 
 def write_legacy_vtk(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField] = ()) -> Written:
     """Write a mesh as a legacy VTK file, version 5.1; parameters as for `write_vtu`."""
-    grid = _lagrange_grid(mesh, fitting(fields, mesh.n_elements))
+    grid = lagrange_grid(mesh, fields)
     n, size = grid.cells.shape
     lines = [
         "# vtk DataFile Version 5.1",
@@ -123,9 +115,17 @@ def write_legacy_vtk(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField
     return write_text("\n".join(lines) + "\n", path)
 
 
-@dataclass(frozen=True)
-class _PointGrid:
-    """An unstructured grid of cells of 64 points, in VTK's order."""
+@dataclass(frozen=True, eq=False)
+class PointGrid:
+    """An unstructured grid of cells of 64 points, in VTK's order.
+
+    Attributes
+    ----------
+    points : (m, 3) float64
+        mm, world (LPS).
+    cells : (e, 64) int
+    point_data, cell_data : dict of str to (m, ...) or (e, ...)
+    """
 
     points: NDArray[np.float64]
     cells: NDArray[np.intp]
@@ -133,7 +133,15 @@ class _PointGrid:
     cell_data: dict[str, NDArray[np.generic]]
 
 
-def _lagrange_grid(mesh: HexMesh, fields: tuple[MeshField, ...]) -> _PointGrid:
+def lagrange_grid(mesh: HexMesh, fields: Iterable[MeshField] = ()) -> PointGrid:
+    """Points, cells and data of a mesh as `write_vtu` writes them.
+
+    Raises
+    ------
+    MeshError
+        If a field does not fit the mesh.
+    """
+    fields = fitting(fields, mesh.n_elements)
     return _grid(mesh, fields, mesh.lagrange_points(), *shared_points(mesh.topology, fields))
 
 
@@ -143,7 +151,7 @@ def _grid(
     places_of_elements: NDArray[np.float64],
     number: NDArray[np.intp],
     first: NDArray[np.intp],
-) -> _PointGrid:
+) -> PointGrid:
     """Points (e, 64, 3) and data, shared by these numbers."""
     cell_data = _named_parts(mesh.topology)
     for field in fields:
@@ -153,9 +161,9 @@ def _grid(
                 "give it another name"
             )
     cell_data["jacobian_ratio"] = jacobian_ratio(mesh)
-    return _PointGrid(
+    return PointGrid(
         points=places_of_elements.reshape(-1, 3)[first],
-        cells=number[:, places(ORDER)],
+        cells=number[:, places(VTK_ORDER)],
         point_data={
             field.name: field.values.reshape(-1, field.components)[first]
             for field in fields

@@ -11,15 +11,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.errors import InputError
+from heartgen.errors import HeartgenError, InputError
 from heartgen.formats.assembled import MeshFile, assembled
-from heartgen.formats.regions import places
 from heartgen.formats.vtkarrays import BROKEN, GridFile, read_grid
 from heartgen.formats.vtu import (
     BEZIER_HEXAHEDRON,
     DEGREES,
     LAGRANGE_HEXAHEDRON,
-    ORDER,
     PART,
     PATCH,
     SURFACE,
@@ -29,6 +27,7 @@ from heartgen.mesh.bernstein import lattice, tabulate
 from heartgen.mesh.connectivity import SAME, merge_coincident
 from heartgen.mesh.field import MeshField
 from heartgen.mesh.hexmesh import COEFFICIENTS
+from heartgen.mesh.lattice_order import VTK_ORDER, places
 
 COINCIDE = 1e-11
 """Distance, relative to the extent of the mesh, below which two points are one."""
@@ -64,6 +63,8 @@ def read_vtu(path: str | Path) -> MeshFile:
     """
     try:
         return _mesh_file(path, read_grid(path))
+    except HeartgenError:
+        raise
     except BROKEN as error:
         raise InputError(f"{path}: The file is damaged ({error}): give the whole of it.") from error
 
@@ -125,7 +126,7 @@ def _cells(path: str | Path, grid: GridFile) -> tuple[NDArray[np.intp], NDArray[
         cells = cells.copy()
         cells[:, EDGES] = np.roll(cells[:, EDGES], 2, axis=1)
     by_lattice = np.empty_like(cells)
-    by_lattice[:, places(ORDER)] = cells
+    by_lattice[:, places(VTK_ORDER)] = cells
     bezier = kinds == {BEZIER_HEXAHEDRON}
     return by_lattice, tabulate(lattice()) if bezier else np.eye(COEFFICIENTS)
 

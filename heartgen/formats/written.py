@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-from heartgen.errors import InputError
+from heartgen.errors import InputError, UnreadableFileError
 from heartgen.files import flush, replacing
 
 
@@ -89,6 +89,6 @@ def read_text(path: str | Path) -> str:
             f"{path}: This is not a text file: give a mesh in a known format."
         ) from error
     except OSError as error:
-        raise InputError(
+        raise UnreadableFileError(
             f"{path}: The file cannot be read ({error.strerror or error}): give one that exists."
         ) from error

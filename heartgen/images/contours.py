@@ -16,7 +16,7 @@ FINE = 0.1
 """Step between the points of a contour from which distances are taken, pixels."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Contour:
     """Points on the outline of a shape in a plane.
 

@@ -6,7 +6,7 @@ import zlib
 from pathlib import Path
 from typing import NoReturn
 
-from heartgen.errors import InputError
+from heartgen.errors import InputError, MissingFileError, UnreadableFileError
 
 HEAD = 352
 """Bytes of a file that are looked at: a NIfTI-1 header, the longest way to a signature."""
@@ -112,15 +112,17 @@ def identify(path: Path) -> str:
         if path.is_dir():
             return FOLDER
         if not path.is_file():
-            refuse(str(path), "There is no such file: check the path.")
+            raise MissingFileError(f"{path}: There is no such file: check the path.")
         header = described_by(path)
         with header.open("rb") as file:
             head = file.read(PACKED_HEAD)
+    except InputError:
+        raise
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        refuse(
-            str(path), f"The file cannot be opened ({reason}): check the path and its permissions."
-        )
+        raise UnreadableFileError(
+            f"{path}: The file cannot be opened ({reason}): check the path and its permissions."
+        ) from error
     if not head:
         refuse(path.name, "The file is empty: export it again.")
     found, expected = _signature(head), _ending(header.name)

@@ -11,7 +11,7 @@ from skimage import measure
 from heartgen.images.levelset import LevelSet
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Isosurface:
     """Triangulated surface of the mask, the reference for the fitting error.
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heartgen.images.checks import check_data_type, check_dimensions, check_size, report
 from heartgen.images.file_kinds import refuse
@@ -78,14 +79,9 @@ def read_itk(path: Path, form: str) -> Volume | Structures:
         )
     with silence(), _refusal(path.name):
         image = reader.Execute()
-    values = import_module("SimpleITK").GetArrayFromImage(image).T
+    values, affine = placed(image)
     values = np.moveaxis(values, 0, -1) if listed else values.reshape(*shape[:3], -1, order="F")
-    n = len(shape)
-    affine = np.eye(4)
-    axes = np.reshape(image.GetDirection(), (n, n))[:3, :3]
     with np.errstate(all="ignore"):  # what overflows here is refused by the check of the affine
-        affine[:3, :3] = axes * image.GetSpacing()[:3]
-        affine[:3, 3] = image.GetOrigin()[:3]
         affine[:3] *= 1.0 if declared is None else declared.unit
     segments = segments_of(_metadata(reader))
     if listed and segments:
@@ -93,6 +89,20 @@ def read_itk(path: Path, form: str) -> Volume | Structures:
     names = {segment.value: segment.name for segment in segments}
     codes = {segment.value: segment.coded for segment in segments}
     return Volume(values, affine, names, label_codes=codes)
+
+
+def placed(image: Any) -> tuple[NDArray[Any], NDArray[np.float64]]:
+    """Voxels of an image of SimpleITK, index order (i, j, k), and its affine to our world, LPS.
+
+    Numbers of one voxel come first. The world is the one that the first three axes lead to.
+    """
+    n = image.GetDimension()
+    affine = np.eye(4)
+    axes = np.reshape(image.GetDirection(), (n, n))[:3, :3]
+    with np.errstate(all="ignore"):  # what overflows here is refused by the check of the affine
+        affine[:3, :3] = axes * image.GetSpacing()[:3]
+        affine[:3, 3] = image.GetOrigin()[:3]
+    return import_module("SimpleITK").GetArrayFromImage(image).T, affine
 
 
 def _reader(path: Path) -> Any:

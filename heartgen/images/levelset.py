@@ -39,7 +39,7 @@ SETTLING_REACH = 10.0
 """...as far from the surface as this, in voxels."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LevelSet:
     """Signed distance to a surface, sampled on a voxel grid.
 

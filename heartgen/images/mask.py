@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from heartgen.shown import as_html, counted, in_lines
 
 WALL, LEFT_BLOOD, RIGHT_BLOOD = 1, 2, 3
 """What a voxel of a labeled heart is."""
@@ -38,7 +42,7 @@ class Finding:
     serious: bool = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mask:
     """Binary myocardium in the world.
 
@@ -55,6 +59,9 @@ class Mask:
     blood : (nx, ny, nz) uint8 or None
         `LEFT_BLOOD` and `RIGHT_BLOOD` in the blood pools of a label map, else 0; None if the image
         tells the myocardium alone.
+    source : mapping of str to value, or None
+        Where it was read: ``path``, and what else `heartgen.read_mask` or `heartgen.read_labels`
+        was given; None for an array. Masks compare by identity: compare `voxels` and `affine`.
     """
 
     voxels: NDArray[np.bool_]
@@ -62,6 +69,7 @@ class Mask:
     name: str = "mask"
     findings: tuple[Finding, ...] = field(default=())
     blood: NDArray[np.uint8] | None = None
+    source: Mapping[str, Any] | None = None
 
     @cached_property
     def spacing(self) -> NDArray[np.float64]:
@@ -110,6 +118,22 @@ class Mask:
     def planes(self) -> NDArray[np.bool_]:
         """Which planes along the stack axis (the last axis if isotropic) carry data, (n,) bool."""
         return planes_along(self.voxels, 2 if self.stack_axis is None else self.stack_axis)
+
+    def __repr__(self) -> str:
+        size = " x ".join(map(str, self.voxels.shape))
+        spacing = " x ".join(f"{s:.3g}" for s in self.spacing)
+        known = "" if self.blood is None else ", blood pools labeled"
+        axis = self.stack_axis if self.voxels.any() else None
+        kind = "mask" if axis is None else f"stack of {counted(int(self.planes.sum()), 'slice')}"
+        lines = [
+            f"Mask {self.name!r}: {kind}, {size} voxels of {spacing} mm",
+            f"  myocardium {self.volume / 1000:.1f} ml{known}",
+            *(f"  note     {finding.message}" for finding in self.findings),
+        ]
+        return in_lines(lines, " in findings")
+
+    def _repr_html_(self) -> str:
+        return as_html(repr(self))
 
     def to_world(self, index: NDArray[np.float64]) -> NDArray[np.float64]:
         """World coordinates (n, 3), mm, LPS, of voxel indices (n, 3)."""

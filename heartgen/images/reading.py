@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import logging
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, fields, replace
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,14 +30,16 @@ from heartgen.images.checks import (
 from heartgen.images.cine_frames import Frame
 from heartgen.images.file_kinds import refuse
 from heartgen.images.labels import myocardium, whole_numbers
-from heartgen.images.mask import LEFT_BLOOD, WALL, Mask
+from heartgen.images.mask import LEFT_BLOOD, WALL, Finding, Mask
 from heartgen.images.opening import enough_memory, name_of, open_image
 from heartgen.images.repairs import fill_lost_planes, keep_largest, pad_border
-from heartgen.images.schemes import Labeling
+from heartgen.images.schemes import Labeling, Scheme
 from heartgen.images.structures import Structures
 from heartgen.images.taking import Select, Taking, take
 from heartgen.images.ventricles import RV_WALL, VentricleChoice, check_choices
 from heartgen.images.volume import LPS_FROM_RAS, Label, Volume
+
+logger = logging.getLogger("heartgen")
 
 
 def read_mask(
@@ -152,7 +156,37 @@ def read_heart(path: str | PathLike[str], taking: Taking, *, view: bool = False)
     check_choices(taking.ventricles, taking.rv_wall, name)
     with enough_memory(file):
         volume, select = take(open_image(file), taking, name)
-        return _checked(volume, name, select, view)
+        mask = _checked(volume, name, select, view)
+    return replace(mask, source=_source(file, taking, view))
+
+
+def read_again(source: Mapping[str, Any], folder: Path) -> Mask:
+    """Read a mask from where it was read before.
+
+    Parameters
+    ----------
+    source : mapping of str to value
+        As `Mask.source` has it.
+    folder : Path
+        Where a file of that name is looked for if there is none at its path.
+
+    Returns
+    -------
+    Mask
+
+    Raises
+    ------
+    InputError
+        As of `read_mask`.
+    """
+    said = dict(source)
+    path, view = Path(said.pop("path")), bool(said.pop("view", False))
+    if isinstance(said.get("scheme"), dict) and "name" in said["scheme"]:
+        scheme: dict[str, Any] = {
+            k: tuple(v) if isinstance(v, list) else v for k, v in said["scheme"].items()
+        }
+        said["scheme"] = Scheme(**scheme)
+    return read_heart(path if path.exists() else folder / path.name, Taking(**said), view=view)
 
 
 def mask_from_array(
@@ -261,7 +295,9 @@ def _checked(volume: Volume, name: str, select: Select, view: bool = False) -> M
         with recalling(finding.message for finding in seen):
             seen += report(name, [lost, dropped, check_extent(mask.voxels), scale])
     mask, padded = pad_border(mask)
-    return replace(mask, findings=seen + report(name, [padded]))
+    mask = replace(mask, findings=seen + report(name, [padded]))
+    log_findings(mask.findings, name)
+    return mask
 
 
 def _matrix(affine: ArrayLike, name: str) -> NDArray[np.float64]:
@@ -270,3 +306,32 @@ def _matrix(affine: ArrayLike, name: str) -> NDArray[np.float64]:
         return np.array(affine, dtype=np.float64)
     except (TypeError, ValueError):
         refuse(name, "The affine is not a matrix of numbers: give the 4 x 4 voxel-to-world matrix.")
+
+
+def log_findings(findings: Iterable[Finding], name: str) -> None:
+    """Log what was found: serious findings as warnings."""
+    for finding in findings:
+        level = logging.WARNING if finding.serious else logging.INFO
+        logger.log(level, "%s: %s", name, finding.message)
+
+
+def _source(file: Path, taking: Taking, view: bool) -> Mapping[str, Any]:
+    """Where a mask was read, and how: values that JSON holds."""
+    said = {"path": str(file.absolute())} | ({"view": True} if view else {})
+    for each in fields(Taking):
+        if (plain := _plain(getattr(taking, each.name))) != each.default:
+            said[each.name] = plain
+    return said
+
+
+def _plain(value: Any) -> Any:
+    """A value as JSON holds it."""
+    if isinstance(value, Scheme):
+        return _plain(asdict(value))
+    if isinstance(value, Mapping):
+        return {str(key): _plain(each) for key, each in value.items()}
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, str | int | float | None):
+        return value
+    return [_plain(each) for each in value] if isinstance(value, Iterable) else str(value)

@@ -34,7 +34,7 @@ PARALLEL = 5e-3
 """Largest sine of the angle between planes that is still rounding."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _ContourGrid:
     """Voxels around contours: places of planes along their normal, and an affine."""
 

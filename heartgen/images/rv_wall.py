@@ -45,7 +45,7 @@ NEIGHBORS = np.ones((3, 3, 3), dtype=bool)
 """...those that share a corner."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Parts:
     """The labeled parts of a heart, all (nx, ny, nz) bool.
 
@@ -63,7 +63,7 @@ class Parts:
     rv_openings: NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Place:
     """Where the wall is built.
 

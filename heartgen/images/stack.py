@@ -13,7 +13,7 @@ from heartgen.images.mask import Mask, planes_along
 Pixel = TypeVar("Pixel", np.bool_, np.uint8)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Stack:
     """Slices of a mask, in order along their normal.
 

@@ -34,7 +34,7 @@ class Coded:
     meanings: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Volume:
     """Voxel values in the world.
 

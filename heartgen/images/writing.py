@@ -9,7 +9,7 @@ import numpy as np
 import SimpleITK
 from numpy.typing import NDArray
 
-from heartgen.errors import HeartgenError, InputError
+from heartgen.errors import FileError, InputError
 from heartgen.files import replacing
 from heartgen.images.itk import silence
 from heartgen.images.mask import Mask
@@ -47,7 +47,7 @@ def write_image(values: NDArray[np.generic], affine: NDArray[np.float64], path: 
     ------
     InputError
         If the name ends otherwise.
-    HeartgenError
+    FileError
         If the file cannot be written; an earlier one is then untouched.
     """
     check_image_name(Path(path))
@@ -72,7 +72,7 @@ def _write(image: Any, temporary: Path, path: str | Path) -> None:
     except RuntimeError:  # all that SimpleITK says of any trouble
         whole = False
     if not whole:
-        raise HeartgenError(
+        raise FileError(
             f"{path}: The file cannot be written whole: choose a folder with free space in which "
             "you may write."
         )

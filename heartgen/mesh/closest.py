@@ -23,7 +23,7 @@ TOLERANCE = 1e-10
 """Change of the parameters at which Newton's method stops."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ClosestPoints:
     """Closest points on a set of faces.
 

@@ -14,7 +14,7 @@ from heartgen.mesh.bernstein import ORDER, cube, lagrange_to_bernstein, tabulate
 COEFFICIENTS = ORDER**3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MeshField:
     """A named field on the elements of a mesh.
 

@@ -19,7 +19,7 @@ LINEAR = (1.0, 1.0)
 """Grading of a wall whose depth is proportional to xi."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RowGrading:
     """Grading that changes from apex to base.
 

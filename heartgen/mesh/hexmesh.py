@@ -2,108 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal, Protocol
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, overload
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from heartgen.mesh.bernstein import ORDER, lattice, subdivision, tabulate
+from heartgen.mesh.bernstein import lattice, subdivision, tabulate
 from heartgen.mesh.numbering import corner_nodes
+from heartgen.mesh.topology import COEFFICIENTS, Topology
+from heartgen.shown import as_html, counted, in_lines
 
-COEFFICIENTS = ORDER**3
+if TYPE_CHECKING:
+    import meshio
+    import pyvista
 
-ROUNDING = 1e-13
-"""Distance from a whole number within which the weight of a degree of freedom is that number."""
+    from heartgen.mesh.field import MeshField
 
+Array = NDArray[np.float64]
 
-@dataclass(frozen=True)
-class Topology:
-    """How degrees of freedom make elements, and what the parts of the mesh are called.
-
-    Attributes
-    ----------
-    extraction : (64 e, n) sparse
-        Bernstein coefficients of all elements from the n degrees of freedom.
-    shape : (int, int, int)
-        Elements (radial, circumferential, longitudinal). A square patch at the apex is one row.
-    index : (e, 3) int
-        Place of each element in that structure: (radial, circumferential, longitudinal). The
-        elements of a square patch are those of row 0, counted through.
-    surfaces : mapping of str to (f, 2) int
-        Named external surfaces, ``apex`` being the side of an apical hole, as (element, face);
-        faces are numbered xi1=0, xi1=1, xi2=0, xi2=1, xi3=0, xi3=1. Local directions: xi1
-        circumferential, xi2 apex to base, xi3 endocardium to epicardium (right-handed).
-    collapsed : (m, 2) int
-        Faces of zero area (the pole), where det J = 0 by construction.
-    nodes : (e, 8) int
-        Corner nodes of each element, xi1 fastest; repeated where the element collapses.
-    constant : (n,) float64
-        Degrees of freedom of the function 1.
-    straightening : (n, n) sparse or None
-        Degrees of freedom after linearization across the wall, from those before; None if the
-        topology does not know how its wall is to be straightened.
-    parts : mapping of str to (m,) int
-        Named regions: their elements.
-    patches : mapping of str to (f, 2) int
-        Named pieces of the surfaces, as (element, face).
-    basis : {"hermite", "lagrange"}
-        What the degrees of freedom are: values and derivatives at the nodes, or values on the
-        lattices of the elements.
-    hermite : Topology or None
-        The cubic Hermite topology that one of the Lagrange basis was made from.
-    generic_dofs : (n, 3) float64 or None
-        Degrees of freedom of size 1 under which elements meet where they are to meet, if not all do
-        so: in files, each element may have derivatives of its own. None if all do.
-    """
-
-    extraction: sp.csr_array
-    shape: tuple[int, int, int]
-    index: NDArray[np.intp]
-    surfaces: Mapping[str, NDArray[np.intp]]
-    collapsed: NDArray[np.intp]
-    nodes: NDArray[np.intp]
-    constant: NDArray[np.float64]
-    straightening: sp.csr_array | None = field(repr=False)
-    parts: Mapping[str, NDArray[np.intp]] = field(default_factory=dict)
-    patches: Mapping[str, NDArray[np.intp]] = field(default_factory=dict)
-    basis: Literal["hermite", "lagrange"] = "hermite"
-    hermite: Topology | None = field(default=None, repr=False)
-    generic_dofs: NDArray[np.float64] | None = field(default=None, repr=False)
-
-    @property
-    def n_elements(self) -> int:
-        """Number of elements."""
-        return len(self.index)
-
-    def functionals(self, one: NDArray[np.float64]) -> sp.csr_array:
-        """Linear functions of the coefficients of every element, as ones of the degrees of freedom.
-
-        Parameters
-        ----------
-        one : (m, 64) float64
-            Weights of the coefficients of one element.
-
-        Returns
-        -------
-        (m e, n) sparse
-            Weights of the degrees of freedom; whole numbers where they are but for rounding, so
-            that a degree of freedom that is asked for comes back to the bit.
-        """
-        rows = sp.csr_array(sp.kron(sp.eye_array(self.n_elements), sp.csr_array(one)))
-        rows = sp.csr_array(rows @ self.extraction)
-        whole = np.rint(rows.data)
-        rows.data = np.where(np.abs(rows.data - whole) < ROUNDING, whole, rows.data)
-        rows.eliminate_zeros()
-        return rows
-
-    @property
-    def external(self) -> NDArray[np.intp]:
-        """All named faces, (f, 2) int: (element, face)."""
-        return np.concatenate(list(self.surfaces.values()))
+__all__ = ["COEFFICIENTS", "Grid", "HexMesh", "Topology"]
 
 
 class Grid(Protocol):
@@ -118,9 +40,9 @@ class Grid(Protocol):
         """Voxel index to world coordinates, (4, 4), mm, LPS."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class HexMesh:
-    """A mesh of tricubic hexahedra.
+    """A mesh of tricubic hexahedra. Meshes compare by identity: compare `dofs`.
 
     Attributes
     ----------
@@ -128,6 +50,18 @@ class HexMesh:
         Degrees of freedom, mm, world (LPS).
     topology : Topology
         Shared by all meshes that differ only in shape.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from heartgen import samples
+    >>> mesh = samples.ideal_cup(spacing=3.0).truth.mesh
+    >>> mesh
+    HexMesh: 72 elements (1 radial x 12 circumferential x 6 longitudinal), cubic hermite
+    >>> middle = np.full((1, 3), 0.5)
+    >>> elements, xi = mesh.locate(mesh.evaluate(middle)[5])
+    >>> elements, np.allclose(xi, middle)
+    (array([5]), True)
     """
 
     dofs: NDArray[np.float64]
@@ -143,19 +77,75 @@ class HexMesh:
         """Number of elements."""
         return self.topology.n_elements
 
-    def evaluate(self, xi: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Positions at the same local coordinates of every element.
+    @property
+    def surfaces(self) -> Mapping[str, NDArray[np.intp]]:
+        """Named surfaces: their faces, (f, 2) int, as (element, face)."""
+        return self.topology.surfaces
+
+    @property
+    def points(self) -> Array:
+        """The points of all `cells`, shared where elements meet, (m, 3), mm, world (LPS)."""
+        return self.lagrange_points().reshape(-1, 3)[self._numbered[1]]
+
+    @property
+    def cells(self) -> NDArray[np.intp]:
+        """Points of each element as a cubic Lagrange hexahedron of VTK, in its order, (e, 64)."""
+        from heartgen.mesh.lattice_order import VTK_ORDER, places
+
+        return self._numbered[0][:, places(VTK_ORDER)]
+
+    @cached_property
+    def _numbered(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        from heartgen.mesh.lagrange_nodes import shared_points
+
+        return shared_points(self.topology)
+
+    @overload
+    def evaluate(self, xi: Array, /) -> Array: ...
+
+    @overload
+    def evaluate(self, elements: NDArray[np.intp], xi: Array, /) -> Array: ...
+
+    def evaluate(self, *where: Any) -> Array:
+        """Positions: ``evaluate(xi)`` in every element, ``evaluate(elements, xi)`` of points.
 
         Parameters
         ----------
-        xi : (q, 3) float64
-            Local coordinates.
+        elements : (n,) int, optional
+            Element of each point, such as `locate` gives; -1 for none.
+        xi : (q, 3) or (n, 3) float64
+            Local coordinates in [0, 1]: the same for every element, or those of each point.
 
         Returns
         -------
-        (e, q, 3) float64, mm, world (LPS)
+        (e, q, 3), or (n, 3) float64, mm, world (LPS)
+            NaN where there is no element.
         """
-        return np.asarray(np.matmul(tabulate(xi), self.control))
+        if len(where) == 1:
+            return np.asarray(np.matmul(tabulate(where[0]), self.control))
+        from heartgen.mesh.location import at
+
+        elements, xi = where
+        return at(self.control, elements, xi)
+
+    def locate(self, points: Array) -> tuple[NDArray[np.intp], Array]:
+        """Find the elements that points lie in, and where in them: the inverse of `evaluate`.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            mm, world (LPS).
+
+        Returns
+        -------
+        elements : (n,) int
+            The first one, of a point where elements meet; -1 outside the mesh.
+        xi : (n, 3) float64
+            Local coordinates in [0, 1]; NaN outside the mesh.
+        """
+        from heartgen.mesh.location import locate
+
+        return locate(self.control, points)
 
     def gradient(self, xi: NDArray[np.float64]) -> NDArray[np.float64]:
         """Jacobian matrices dx/dxi at the same local coordinates of every element.
@@ -172,6 +162,63 @@ class HexMesh:
         """
         directions = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
         return np.stack([np.matmul(tabulate(xi, d), self.control) for d in directions], -1)
+
+    def write(
+        self,
+        path: str | Path,
+        fields: Iterable[MeshField] = (),
+        format: str | None = None,
+    ) -> list[Path]:
+        """Write the mesh; `heartgen.write_mesh` also says what a format does not hold.
+
+        Parameters
+        ----------
+        path : path
+            Its ending tells the format unless that is given.
+        fields : iterable of MeshField
+        format : str, optional
+            One of `heartgen.formats.FORMATS`.
+
+        Returns
+        -------
+        list of Path
+            The files.
+        """
+        from heartgen.formats import write_mesh
+
+        return list(write_mesh(self, path, fields, format).files)
+
+    def plot(self, color: str | None = "region", **options: Any) -> pyvista.Plotter:
+        """Show the mesh; arguments go to `heartgen.viewing.plot_mesh`."""
+        from heartgen.viewing import plot_mesh
+
+        return plot_mesh(self, color, **options)
+
+    def to_pyvista(self, fields: Iterable[MeshField] = ()) -> pyvista.UnstructuredGrid:
+        """The mesh, exactly, as a grid of cubic Lagrange hexahedra, with its parts and fields."""
+        from heartgen.viewing import to_pyvista
+
+        return to_pyvista(self, fields)
+
+    def to_meshio(self, fields: Iterable[MeshField] = ()) -> meshio.Mesh:
+        """The mesh, exactly, as a `meshio.Mesh` of VTK's cubic Lagrange hexahedra."""
+        from heartgen.formats import to_meshio
+
+        return to_meshio(self, fields)
+
+    def __repr__(self) -> str:
+        radial, around, along = self.topology.shape
+        lines = [
+            f"HexMesh: {counted(self.n_elements, 'element')} ({radial} radial x {around} "
+            f"circumferential x {along} longitudinal), cubic {self.topology.basis}",
+            f"  {counted(len(self.dofs), 'degree')} of freedom a direction, extent "
+            f"{' x '.join(f'{side:.3g}' for side in np.ptp(self.control, axis=(0, 1)))} mm",
+            f"  surfaces {', '.join(self.surfaces) or 'none'}",
+        ]
+        return in_lines(lines)
+
+    def _repr_html_(self) -> str:
+        return as_html(repr(self))
 
     def with_dofs(self, dofs: NDArray[np.float64]) -> HexMesh:
         """Return the mesh of the same topology with other degrees of freedom (n, 3), mm, LPS."""

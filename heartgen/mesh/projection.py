@@ -20,7 +20,7 @@ POLE_WEIGHT = 1e-3
 degrees of freedom would otherwise be nearly free."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Projector:
     """Factorized normal equations ``M q = b`` of one mesh.
 

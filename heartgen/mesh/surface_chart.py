@@ -24,7 +24,7 @@ Angles = tuple[NDArray[np.float64], NDArray[np.float64]]
 NONE = np.zeros(0, dtype=np.intp)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SurfaceChart:
     """Space of one surface of a cup.
 

@@ -43,7 +43,7 @@ PERMANENT = 6 / 27**0.5
 columns (Carlen, Lieb & Loss 2006, doi:10.4310/MAA.2006.v13.n1.a1)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Certificate:
     """What is proven about a mesh.
 

@@ -19,7 +19,7 @@ from heartgen.mesh.dof_map import FaceDofMap
 from heartgen.optimization.settings import RIDGE
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Blocks:
     """Quadratic forms of single elements or faces.
 

@@ -32,7 +32,7 @@ CANDIDATES = 1
 sample's face at worst, and the next step matches anew."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MeshToPatient:
     """Signed distances of the patient's surfaces at samples of the mesh's faces.
 
@@ -86,7 +86,7 @@ class MeshToPatient:
         return shown
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PatientToMesh:
     """Distances from points of the patient to the tangent planes at their closest points.
 

@@ -39,7 +39,7 @@ from heartgen.optimization.target import FitTarget
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Optimized:
     """An optimized mesh.
 

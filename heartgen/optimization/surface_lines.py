@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 FIRST, SECOND, MIXED = ((1, 0), (0, 1)), ((2, 0), (0, 2)), (1, 1)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SurfaceLines:
     """Course of the surfaces' lines.
 
@@ -111,7 +111,7 @@ class SurfaceLines:
         return absolute, relative, tangential
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _TangentialPenalty:
     """E_place near a mesh, whose tangent planes are fixed.
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from heartgen.optimization.assembly import Blocks
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Model:
     """A term near a mesh.
 

@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class NodeGrid:
     """A regular grid of nodes in the world.
 
@@ -72,7 +72,7 @@ class NodeGrid:
         return sp.csr_array(entries, shape=(len(points), self.size))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GridMap:
     """One map x + u(x), trilinear on a grid of nodes; the identity's continuation outside.
 

@@ -25,7 +25,7 @@ SAMPLES_LIMITS = (6, 16)
 """Least and most samples per face and direction."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Samples:
     """Points of the template's surfaces at which the images are compared.
 

@@ -147,7 +147,7 @@ def _grid(template: HexMesh, frame: NDArray[np.float64], spacing: float, voxel: 
     return NodeGrid(matrix, (int(cells[0]) + 1, int(cells[1]) + 1, int(cells[2]) + 1))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _System:
     """Regularized normal equations ``(T'WT + s L'L) a = -T'W f - s L'L u`` of one step."""
 

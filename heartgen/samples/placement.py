@@ -50,7 +50,7 @@ class Placement(TypedDict, total=False):
     seed: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pose:
     """Similarity from the heart frame to the world.
 

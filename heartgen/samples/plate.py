@@ -19,7 +19,7 @@ DRAWN = 4
 """Points drawn per sample asked for, and again until enough lie on the plate."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Plate:
     """Flat piece of a surface.
 

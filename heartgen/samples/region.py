@@ -40,7 +40,7 @@ class Region(Protocol):
         """Rising parameters (n,) and plane coordinates (n, 2) of each smooth bounding curve."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Polar:
     """``inner(angle) <= radius <= outer(angle)``.
 
@@ -82,7 +82,7 @@ class Polar:
         return [(angle, _polar(edge(angle), angle)) for edge in edges]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Ruled:
     """Straight lines from each point of one curve to that of another, with common ends.
 

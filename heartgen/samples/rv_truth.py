@@ -14,7 +14,7 @@ from heartgen.samples.placement import Pose
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RightVentricle:
     """Right ventricle of a phantom; points in mm, world (LPS).
 

@@ -58,7 +58,7 @@ BOTTOM_WEIGHT = 0.05
 height above it."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BiventricularSurface:
     """Surfaces of a biventricular template over (column, row) coordinates.
 

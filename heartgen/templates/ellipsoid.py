@@ -71,7 +71,7 @@ ROBUST = 0.1
 """Distance over the radius of the pool from which a sample counts as an outlier."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TruncatedEllipsoid:
     """Endo- and epicardium of a left ventricle as two truncated ellipsoids.
 

@@ -57,7 +57,7 @@ ENOUGH = 1e-4
 """Relative change of parameters or misfit at which the search ends."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Meridians:
     """Meridians of endo- and epicardium, and the grading of the depth between them.
 

@@ -51,7 +51,7 @@ FOLDED = 1e-6
 """Area that stands for that of a folded face, whose logarithm does not exist, mm^2."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ApicalPatchMap:
     """Places of the faces of a chart with a square patch.
 

@@ -51,7 +51,7 @@ class RayGrid:
         return start, across / np.linalg.norm(across, axis=1, keepdims=True)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RayIntersections:
     """What a grid of rays meets.
 

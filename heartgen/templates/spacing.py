@@ -40,7 +40,7 @@ FOLDED = 1e-6
 """Relative det J that stands for a folded point, whose logarithm does not exist."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Spacing:
     """Polar angle along a meridian as a cubic Hermite function of the rows, and the grading.
 

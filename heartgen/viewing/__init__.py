@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from heartgen.viewing.figures import draw_histograms, draw_tradeoff
     from heartgen.viewing.motion import compare_html
     from heartgen.viewing.page import view_html
+    from heartgen.viewing.plain import plot_mesh, to_pyvista
     from heartgen.viewing.rendering import render
     from heartgen.viewing.scene import plot
     from heartgen.viewing.slice_views import draw_slices
@@ -32,7 +33,9 @@ __all__ = [
     "plot",
     "plot_fibers",
     "plot_field",
+    "plot_mesh",
     "render",
+    "to_pyvista",
     "view_html",
 ]
 
@@ -46,6 +49,8 @@ _HOMES = {
     "plot": "heartgen.viewing.scene",
     "plot_fibers": "heartgen.viewing.fiber_glyphs",
     "plot_field": "heartgen.viewing.fields",
+    "plot_mesh": "heartgen.viewing.plain",
+    "to_pyvista": "heartgen.viewing.plain",
     "render": "heartgen.viewing.rendering",
     "view_html": "heartgen.viewing.page",
 }

@@ -18,7 +18,7 @@ from heartgen.viewing.card import SURFACE_NAMES
 from heartgen.viewing.tradeoff import Point, draw_curves
 
 if TYPE_CHECKING:
-    from heartgen.pipeline import Personalization
+    from heartgen.result import Personalization
 
 Array = NDArray[np.float64]
 

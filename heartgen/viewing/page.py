@@ -31,8 +31,8 @@ from heartgen.viewing.card import Section, sections, verdict
 from heartgen.viewing.scene import MASK, Scale, color_scale, plot
 
 if TYPE_CHECKING:
-    from heartgen.pipeline import Personalization
     from heartgen.report import Report
+    from heartgen.result import Personalization
 
 STOPS = 12
 """Colors of the key between which a browser interpolates; the maps are smooth."""

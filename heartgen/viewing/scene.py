@@ -25,7 +25,7 @@ from heartgen.viewing.polydata import (
 
 if TYPE_CHECKING:
     from heartgen.images.levelset import LevelSet
-    from heartgen.pipeline import Personalization
+    from heartgen.result import Personalization
 
 Array = NDArray[np.float64]
 Color = Literal["error", "quality", "region"]

@@ -71,7 +71,7 @@ SLICES = (
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SliceView:
     """A mask to be cut along the axes of its heart, or of its image where no heart is known.
 

@@ -24,7 +24,7 @@ from heartgen.viewing.polydata import element_faces, mesh_surface
 from heartgen.viewing.slice_views import EPI, SLICES, SliceView, draw_section, slice_view
 
 if TYPE_CHECKING:
-    from heartgen.pipeline import Personalization
+    from heartgen.result import Personalization
 
 Array = NDArray[np.float64]
 Move = Callable[[NDArray[Any]], Array]

@@ -32,7 +32,7 @@ from heartgen.optimization import (
 from heartgen.optimization.policy import raise_ratios
 from heartgen.optimization.settings import GROWTH, MOST_RAISED, RAISED_ROUNDS, RELAXED_ROUNDS
 from heartgen.options import QUALITY_LIMITS
-from heartgen.pipeline import Personalization
+from heartgen.result import Personalization
 from heartgen.warping import GAUSS, warp
 from tests.optimization.conftest import COARSE
 from tests.optimization.hearts import Heart

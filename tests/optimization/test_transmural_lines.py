@@ -13,7 +13,7 @@ from heartgen.mesh import HexMesh
 from heartgen.mesh.jacobian import volume
 from heartgen.mesh.surface_faces import face_control
 from heartgen.optimization import curve_transmural_lines
-from heartgen.pipeline import Personalization
+from heartgen.result import Personalization
 
 pytestmark = pytest.mark.slow
 

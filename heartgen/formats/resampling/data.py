@@ -18,7 +18,7 @@ JUMP = 1e-9
 """Difference of the values at a point, over the largest value of the field, that is rounding."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Data:
     """Fields at points and in cells.
 

@@ -61,7 +61,7 @@ class Resampling:
             )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cells:
     """Cells of one kind.
 
@@ -82,7 +82,7 @@ class Cells:
     xi: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Resampled:
     """A mesh of linear or quadratic cells.
 
