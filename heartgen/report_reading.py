@@ -36,7 +36,10 @@ def read_report(path: str | Path) -> Report:
     try:
         said = json.loads(Path(path).read_text(encoding="utf-8"))
         said = {FORMER.get(name, name): value for name, value in said.items()}
-        options = new_options(said["options"], stored=True)
+        options = {
+            name: tuple(value) if isinstance(value, list) else value
+            for name, value in new_options(said["options"], stored=True).items()
+        }
         report: Report = _made(Report, said | {"options": options})
     except FileNotFoundError as error:
         raise MissingFileError(f"{path}: There is no report: check the folder.") from error

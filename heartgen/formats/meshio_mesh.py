@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 from heartgen.errors import HeartgenError
 from heartgen.formats.vtu import lagrange_grid
 from heartgen.mesh.field import MeshField
@@ -28,7 +31,8 @@ def to_meshio(mesh: HexMesh, fields: Iterable[MeshField] = ()) -> meshio.Mesh:
     Returns
     -------
     meshio.Mesh
-        mm, world (LPS).
+        mm, world (LPS). Names of data have underscores for their spaces, which many of its writers
+        refuse.
 
     Raises
     ------
@@ -47,6 +51,16 @@ def to_meshio(mesh: HexMesh, fields: Iterable[MeshField] = ()) -> meshio.Mesh:
     return meshio.Mesh(
         grid.points,
         [(CELL_TYPE, grid.cells)],
-        point_data=grid.point_data,
-        cell_data={name: [values] for name, values in grid.cell_data.items()},
+        point_data={_name(name): _flat(values) for name, values in grid.point_data.items()},
+        cell_data={_name(name): [_flat(values)] for name, values in grid.cell_data.items()},
     )
+
+
+def _name(name: str) -> str:
+    """A name as all formats of meshio can have it."""
+    return name.replace(" ", "_")
+
+
+def _flat(values: NDArray[np.generic]) -> NDArray[np.generic]:
+    """Data of one component as a list of numbers."""
+    return values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,11 +71,29 @@ class MeshField:
             return np.repeat(self.values[:, None], COEFFICIENTS, axis=1)
         return np.asarray(np.matmul(cube(lagrange_to_bernstein()), self.values))
 
-    def evaluate(self, xi: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Values at local coordinates (q, 3) of every element, (e, q, k) float64."""
-        if self.per_element:
-            return np.repeat(self.values[:, None], len(xi), axis=1)
-        return np.asarray(np.matmul(tabulate(xi), self.coefficients))
+    @overload
+    def evaluate(self, xi: NDArray[np.float64], /) -> NDArray[np.float64]: ...
+
+    @overload
+    def evaluate(
+        self, elements: NDArray[np.intp], xi: NDArray[np.float64], /
+    ) -> NDArray[np.float64]: ...
+
+    def evaluate(self, *where: Any) -> NDArray[np.float64]:
+        """Values at the same local coordinates of every element, or at points.
+
+        ``evaluate(xi)``, (q, 3), gives (e, q, k) float64; ``evaluate(elements, xi)`` gives (n, k),
+        as `HexMesh.evaluate` does.
+        """
+        if len(where) == 1:
+            (xi,) = where
+            if self.per_element:
+                return np.repeat(self.values[:, None], len(xi), axis=1)
+            return np.asarray(np.matmul(tabulate(xi), self.coefficients))
+        from heartgen.mesh.location import at
+
+        elements, xi = where
+        return at(self.coefficients, elements, xi)
 
 
 def fitting(fields: Iterable[MeshField], n_elements: int) -> tuple[MeshField, ...]:
