@@ -105,7 +105,7 @@ def test_written_result_is_loaded(result, tmp_path):
     assert_array_equal(again.mask.voxels, result.mask.voxels)  # from its path
     assert again.anatomy.length == pytest.approx(result.anatomy.length)
     assert again.fields(["thickness"])[0].name == result.fields(["thickness"])[0].name
-    assert repr(again) == repr(result)
+    assert repr(again).splitlines()[0] == repr(result).splitlines()[0]
     assert pickle.loads(pickle.dumps(again)).report == result.report
 
 

@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from heartgen import pipeline
+from heartgen import pipeline, result
 from heartgen.errors import Cancelled
 
 PATIENCE = 120
@@ -43,7 +43,7 @@ def test_failure_between_two_files_leaves_the_folder_as_it_was(
     def fail(*_):
         raise failure
 
-    monkeypatch.setattr(pipeline, "write_text", fail)  # the report comes after the meshes
+    monkeypatch.setattr(result, "write_text", fail)  # the report comes after the meshes
     outcome = run("fit", mask_file, "-o", tmp_path, "--overwrite")
     assert outcome.exit_code == code
     assert "Traceback" not in outcome.output

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from heartgen import pipeline, samples
+from heartgen import reporting, samples
 from heartgen.options import STEPS
 
 pytestmark = pytest.mark.slow
@@ -137,8 +137,8 @@ def test_label_map_is_fitted_as_the_mask_it_holds(run, mask_file, label_map, tmp
 def test_valid_mesh_without_success_is_written_and_flagged(
     run, names, files, mask_file, tmp_path, monkeypatch
 ):
-    measure = pipeline.assess_quality
-    monkeypatch.setattr(pipeline, "assess_quality", lambda mesh: replace(measure(mesh), mean=0.2))
+    measure = reporting.assess_quality
+    monkeypatch.setattr(reporting, "assess_quality", lambda mesh: replace(measure(mesh), mean=0.2))
     outcome = run("fit", mask_file, "-o", tmp_path)
     assert outcome.exit_code == 0
     assert "quality below the threshold (0.200, not above 0.33)" in outcome.stdout
@@ -146,9 +146,9 @@ def test_valid_mesh_without_success_is_written_and_flagged(
 
 
 def test_mesh_that_is_not_valid_is_not_written(run, mask_file, tmp_path, monkeypatch):
-    measure = pipeline.assess_quality
+    measure = reporting.assess_quality
     monkeypatch.setattr(
-        pipeline,
+        reporting,
         "assess_quality",
         lambda mesh: replace(measure(mesh), valid=False, invalid_elements=3),
     )
