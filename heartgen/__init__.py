@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from heartgen.renamed import FormerModules
 
 if TYPE_CHECKING:
-    from heartgen import samples
+    from heartgen import errors, samples
     from heartgen.comparison import compare
     from heartgen.formats import read_mesh, write_mesh
     from heartgen.images import Mask, mask_from_array, read_labels, read_mask
@@ -36,6 +36,7 @@ __all__ = [
     "Personalization",
     "__version__",
     "compare",
+    "errors",
     "mask_from_array",
     "personalize",
     "personalize_levels",
@@ -64,8 +65,8 @@ _HOMES = {
 
 def __getattr__(name: str) -> Any:
     """Load a public name when it is first used, so that ``import heartgen`` is instant."""
-    if name == "samples":
-        return import_module("heartgen.samples")
+    if name in ("errors", "samples"):
+        return import_module(f"heartgen.{name}")
     if name not in _HOMES:
         raise AttributeError(f"module 'heartgen' has no attribute {name!r}")
     value = getattr(import_module(_HOMES[name]), name)

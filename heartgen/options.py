@@ -247,9 +247,9 @@ def chosen(options: Options | None, choices: Mapping[str, Any]) -> Options:
     --------
     >>> chosen(None, {"lod": 3}).lod
     3
-    >>> chosen(None, {"optimise": False})
+    >>> chosen(None, {"optimizer": False})
     Traceback (most recent call last):
-    heartgen.errors.InputError: there is no option 'optimise': did you mean 'optimize'?
+    heartgen.errors.InputError: there is no option 'optimizer': did you mean 'optimize'?
     """
     if options is not None and not isinstance(options, Options):
         raise InputError(

@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 from heartgen.anatomy import Anatomy, analyze_under, rim_cone, with_hole, with_views
 from heartgen.clock import Clock, Progress
 from heartgen.enhancement import enhance
-from heartgen.errors import recalling
+from heartgen.errors import InputError, recalling
 from heartgen.images import Mask
 from heartgen.images.accepting import MaskLike, accept_all
 from heartgen.images.reading import log_findings
@@ -152,10 +152,18 @@ def personalize_levels(
     # Many small systems: one thread of the linear algebra library is fastest, and its sums do not
     # depend on the number of cores.
     with threadpool_limits(1, "blas"):
-        whole = chosen(options, choices)
+        whole, wanted = chosen(options, choices), _levels(levels)
         images = accept_all(mask, affine=affine, spacing=spacing)
         with recalling(finding.message for image in images for finding in image.findings):
-            return _personalize(images[0], images[1:], tuple(levels), whole, progress, anatomy)
+            return _personalize(images[0], images[1:], wanted, whole, progress, anatomy)
+
+
+def _levels(levels: Any) -> tuple[int, ...]:
+    """Levels of detail, at least one."""
+    wanted = tuple(levels) if isinstance(levels, Iterable) else ()
+    if not wanted or isinstance(levels, str):
+        raise InputError(f"levels {levels!r} are none: give levels of detail, for example (1, 2)")
+    return wanted
 
 
 def _personalize(

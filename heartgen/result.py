@@ -120,7 +120,7 @@ class Personalization:
     def write(
         self,
         folder: str | Path,
-        formats: tuple[str, ...] = ("exf", "vtu"),
+        formats: str | tuple[str, ...] = ("exf", "vtu"),
         fields: Iterable[str | MeshField] = tuple(FIELDS),
         rule: FiberRule | None = None,
         cells: str | None = None,
@@ -132,8 +132,8 @@ class Personalization:
         ----------
         folder : path
             Created if absent; gets ``mesh.exf``, ``mesh.vtu`` and ``report.json``.
-        formats : tuple of str
-            Names of the mesh formats, of `heartgen.formats.FORMATS`.
+        formats : str or tuple of str
+            Name or names of the mesh formats, of `heartgen.formats.FORMATS`.
         fields : iterable of str or MeshField
             Fields on the mesh that go into the files that have a place for them: names of
             `heartgen.fields.FIELDS`, of which all are written if omitted, or fields of your own.
@@ -150,6 +150,7 @@ class Personalization:
             The files written.
         """
         folder, fields = Path(folder), tuple(fields)
+        formats = (formats,) if isinstance(formats, str) else formats
         named = check_names(name for name in fields if isinstance(name, str))
         made = self.fields(_needed(named, formats), rule)
         own = tuple(field for field in fields if isinstance(field, MeshField))

@@ -56,7 +56,7 @@ def test_path_array_and_images_give_the_same(result, path, cup):
 
 def test_misspelled_option_gets_a_hint(cup):
     with pytest.raises(InputError, match="did you mean 'optimize'"):
-        heartgen.personalize(cup.mask, optimise=False)
+        heartgen.personalize(cup.mask, optimizer=False)
     with pytest.raises(InputError, match="did you mean 'min_jacobian_ratio'"):
         heartgen.personalize_levels(cup.mask, min_jacobian=0.1)
     with pytest.raises(InputError, match="choose among lod, elements"):

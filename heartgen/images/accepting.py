@@ -181,6 +181,12 @@ def _from_nibabel(image: Any) -> Mask:
     name = Path(file).name if file else "nibabel image"
     if getattr(image, "affine", None) is None or not hasattr(image, "dataobj"):
         raise InputError(f"{name}: {_kind(image)} has no voxels in the world: {ACCEPTED}")
+    kinds = {kind.__name__ for kind in type(image).__mro__}
+    if "AnalyzeImage" in kinds and not hasattr(image.header, "get_sform"):
+        raise InputError(
+            f"{name}: This is an Analyze image, which does not say which side is left: make a "
+            "NIfTI image of it."
+        )
     try:
         values = np.asanyarray(image.dataobj)
     except OSError as error:

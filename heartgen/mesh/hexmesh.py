@@ -126,7 +126,7 @@ class HexMesh:
             NaN where there is no element.
         """
         if len(where) == 1:
-            return np.asarray(np.matmul(tabulate(where[0]), self.control))
+            return np.asarray(np.matmul(tabulate(np.asarray(where[0])), self.control))
         from heartgen.mesh.location import at
 
         elements, xi = where

@@ -73,13 +73,17 @@ def test_spacing_that_is_none_is_refused(mask, spacing):
         accept(mask.voxels, spacing=spacing)
 
 
-@pytest.mark.parametrize("kind", [nib.Nifti1Image, nib.Nifti2Image, nib.Spm99AnalyzeImage])
+@pytest.mark.parametrize("kind", [nib.Nifti1Image, nib.Nifti2Image, nib.MGHImage])
 def test_images_of_nibabel_are_ras(mask, kind):
     to_ras = np.diag([-1.0, -1.0, 1.0, 1.0])
-    if kind is nib.Spm99AnalyzeImage:
-        pytest.importorskip("scipy")
     image = kind(mask.voxels.astype(np.uint8), to_ras @ mask.affine)
     same(accept(image), mask)
+
+
+def test_analyze_image_of_nibabel_is_refused_as_its_file_is(mask):
+    image = nib.Spm99AnalyzeImage(mask.voxels.astype(np.uint8), np.eye(4))
+    with pytest.raises(InputError, match="does not say which side is left"):
+        accept(image)
 
 
 def test_files_of_nibabel_keep_name_scaling_and_unit(mask, path):
