@@ -123,6 +123,7 @@ def assess_quality(mesh: HexMesh) -> Quality:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
 
     Returns
     -------
@@ -158,6 +159,7 @@ def assess_accuracy(
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     myocardium : LevelSet
         Level function of the wall, zero on its surface.
     wall_volume : float
@@ -213,6 +215,7 @@ def mean_error(mesh: HexMesh, surface: Isosurface) -> float:
     mesh : HexMesh
         mm, world (LPS).
     surface : Isosurface
+        The patient's, mm, world (LPS).
 
     Returns
     -------
@@ -240,6 +243,7 @@ def distance_to(target: Isosurface, points: NDArray[np.float64]) -> NDArray[np.f
     Parameters
     ----------
     target : Isosurface
+        mm, world (LPS).
     points : (n, 3) float64
         mm, world (LPS).
 

@@ -38,6 +38,7 @@ class Comparison:
     Attributes
     ----------
     names : tuple of str
+        Of the states, in order.
     indices : tuple of Indices
         Clinical indices of each state.
     diastole, systole : int

@@ -69,11 +69,23 @@ class HeartAxes:
         return np.cross(self.longitudinal, self.septal)
 
     def level(self, points: Array) -> Array:
-        """Height (n,) of points (n, 3) over the apex, as a share of the long axis."""
+        """Height (n,) of points (n, 3) over the apex, as a share of the long axis.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            mm, world (LPS).
+        """
         return np.asarray((points - self.apex) @ self.longitudinal / self.length)
 
     def angle(self, points: Array) -> Array:
-        """Angle (n,) of points (n, 3) about the axis, rad: 0 septal, pi/2 anterior, to pi."""
+        """Angle (n,) of points (n, 3) about the axis, rad: 0 septal, pi/2 anterior, to pi.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            mm, world (LPS).
+        """
         offset = points - self.apex
         return np.asarray(np.arctan2(offset @ self.anterior, offset @ self.septal))
 
@@ -85,6 +97,7 @@ def heart_axes(mesh: HexMesh, septal_direction: Sequence[float] | None = None) -
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     septal_direction : (3,) float, optional
         Direction from the left ventricle to the septum, world (LPS), any length. If omitted, it is
         that to the middle of the septum; in a mesh without a right ventricle, where nothing tells,

@@ -44,6 +44,7 @@ def make_fields(
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     names : iterable of str, optional
         Of `FIELDS`; all if omitted.
     rule : FiberRule, optional
@@ -70,7 +71,13 @@ def make_fields(
 
 
 def check_names(names: Iterable[str]) -> tuple[str, ...]:
-    """Names, each once; `InputError` if there is no such field."""
+    """Names, each once; `InputError` if there is no such field.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Of fields, see `FIELDS`.
+    """
     chosen = tuple(dict.fromkeys(new_word(name.strip()) for name in names))
     for name in chosen:
         if name not in FIELDS:

@@ -108,6 +108,7 @@ def fiber_frames(mesh: HexMesh, rule: FiberRule | None = None) -> Array:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     rule : FiberRule, optional
         ``FiberRule()`` if omitted.
 
@@ -123,7 +124,15 @@ def fiber_frames(mesh: HexMesh, rule: FiberRule | None = None) -> Array:
 
 
 def helix_angle(wall: Wall, rule: FiberRule) -> Array:
-    """Helix angle (e, 64), degrees, at the Lagrange nodes of each element."""
+    """Helix angle (e, 64), degrees, at the Lagrange nodes of each element.
+
+    Parameters
+    ----------
+    wall : Wall
+        Depth and directions of the wall.
+    rule : FiberRule
+        Angles on its two sides.
+    """
     left = _linear(rule.helix, wall.depth)
     septal = _linear((rule.helix[0], -rule.right_helix[0]), wall.depth)
     free = _linear(rule.right_helix, wall.depth)

@@ -78,6 +78,7 @@ def clinical_indices(mesh: HexMesh, septal_direction: Sequence[float] | None = N
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     septal_direction : (3,) float, optional
         Direction from the left ventricle to the septum, world (LPS), see `heart_axes`.
 
@@ -108,13 +109,27 @@ def clinical_indices(mesh: HexMesh, septal_direction: Sequence[float] | None = N
 
 
 def element_volumes(mesh: HexMesh) -> Array:
-    """Volume of each element, (e,) mm^3; exact."""
+    """Volume of each element, (e,) mm^3; exact.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    """
     xi, weights = gauss_cube((EXACT,) * 3)
     return np.asarray(determinants(mesh, xi) @ weights)
 
 
 def thickness_by_segment(mesh: HexMesh, axes: HeartAxes) -> dict[int, float]:
-    """Mean wall thickness of each AHA segment over the left endocardium, mm."""
+    """Mean wall thickness of each AHA segment over the left endocardium, mm.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    axes : HeartAxes
+        Of the left ventricle.
+    """
     middle, thickness, area = left_thickness(mesh)
     segment = aha_segment(middle, axes)
     return {
@@ -130,6 +145,7 @@ def left_thickness(mesh: HexMesh) -> tuple[Array, Array, Array]:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
 
     Returns
     -------

@@ -55,6 +55,7 @@ def aha_segment(points: Array, axes: HeartAxes) -> NDArray[np.intp]:
     points : (n, 3) float64
         mm, world (LPS).
     axes : HeartAxes
+        Of the left ventricle.
 
     Returns
     -------
@@ -78,7 +79,9 @@ def segments_of_elements(mesh: HexMesh, axes: HeartAxes) -> NDArray[np.intp]:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     axes : HeartAxes
+        Of the left ventricle.
 
     Returns
     -------

@@ -46,6 +46,7 @@ def write_ex1(
     path : path
         Of either file; the other has the same name and its own ending.
     fields : iterable of MeshField
+        Fields on the mesh.
     groups : mapping of str to (n,) or (n, 2) int, optional
         As for `heartgen.formats.exf.write_exf`.
 

@@ -46,7 +46,13 @@ def read_mesh(path: str | Path) -> HexMesh:
 
 
 def read_mesh_file(path: str | Path) -> MeshFile:
-    """Read a mesh and its fields, and tell what was not read; otherwise as `read_mesh`."""
+    """Read a mesh and its fields, and tell what was not read; otherwise as `read_mesh`.
+
+    Parameters
+    ----------
+    path : path
+        Of one of the formats in `READERS`, by its ending.
+    """
     ending = Path(path).suffix.lower()
     if ending not in READERS:
         raise InputError(
@@ -70,6 +76,7 @@ def convert(
     Parameters
     ----------
     source, target : path
+        File to read, and file to write.
     format : str, optional
         One of `heartgen.formats.FORMATS`; by the ending of `target` if omitted.
     basis : {"hermite", "lagrange"}, optional

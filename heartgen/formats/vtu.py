@@ -52,6 +52,7 @@ def write_vtu(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField] = ())
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     path : path
         Its folder is created if absent.
     fields : iterable of MeshField
@@ -80,6 +81,15 @@ def write_bezier_vtu(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField
 
     Points and their data are Bernstein coefficients: between corners the surface does not pass
     through them.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    path : path
+        File to write; its folder is created if absent.
+    fields : iterable of MeshField
+        Fields on the mesh.
     """
     fields = fitting(fields, mesh.n_elements)
     to_bernstein = cube(lagrange_to_bernstein())
@@ -98,7 +108,17 @@ def write_bezier_vtu(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField
 
 
 def write_legacy_vtk(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField] = ()) -> Written:
-    """Write a mesh as a legacy VTK file, version 5.1; parameters as for `write_vtu`."""
+    """Write a mesh as a legacy VTK file, version 5.1; parameters as for `write_vtu`.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    path : path
+        File to write; its folder is created if absent.
+    fields : iterable of MeshField
+        Fields on the mesh.
+    """
     grid = _lagrange_grid(mesh, fitting(fields, mesh.n_elements))
     n, size = grid.cells.shape
     lines = [

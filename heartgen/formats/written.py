@@ -18,6 +18,7 @@ class Written:
     Attributes
     ----------
     files : tuple of Path
+        In the order in which they were written.
     notes : tuple of str
         What the user should know, such as the error of a format that cannot hold the mesh exactly.
     """
@@ -76,6 +77,11 @@ def write_texts(texts: Mapping[Path, str]) -> Written:
 
 def read_text(path: str | Path) -> str:
     """Content of a text file, in UTF-8.
+
+    Parameters
+    ----------
+    path : path
+        File to read.
 
     Raises
     ------

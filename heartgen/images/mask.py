@@ -112,16 +112,36 @@ class Mask:
         return planes_along(self.voxels, 2 if self.stack_axis is None else self.stack_axis)
 
     def to_world(self, index: NDArray[np.float64]) -> NDArray[np.float64]:
-        """World coordinates (n, 3), mm, LPS, of voxel indices (n, 3)."""
+        """World coordinates (n, 3), mm, LPS, of voxel indices (n, 3).
+
+        Parameters
+        ----------
+        index : (n, 3) float64
+            Voxel indices, which may be fractional.
+        """
         return np.asarray(index @ self.affine[:3, :3].T + self.affine[:3, 3])
 
     def to_index(self, world: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Voxel indices (n, 3), fractional, of world coordinates (n, 3), mm, LPS."""
+        """Voxel indices (n, 3), fractional, of world coordinates (n, 3), mm, LPS.
+
+        Parameters
+        ----------
+        world : (n, 3) float64
+            Points, mm, world (LPS).
+        """
         return np.asarray(np.linalg.solve(self.affine[:3, :3], (world - self.affine[:3, 3]).T).T)
 
 
 def planes_along(voxels: NDArray[np.bool_], axis: int) -> NDArray[np.bool_]:
-    """Which planes across an index axis of (nx, ny, nz) voxels carry any, (n,) bool."""
+    """Which planes across an index axis of (nx, ny, nz) voxels carry any, (n,) bool.
+
+    Parameters
+    ----------
+    voxels : (nx, ny, nz) bool
+        A shape.
+    axis : {0, 1, 2}
+        The index axis.
+    """
     return np.asarray(voxels.any(axis=tuple(a for a in range(3) if a != axis)))
 
 

@@ -71,7 +71,13 @@ class MeshField:
         return np.asarray(np.matmul(cube(lagrange_to_bernstein()), self.values))
 
     def evaluate(self, xi: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Values at local coordinates (q, 3) of every element, (e, q, k) float64."""
+        """Values at local coordinates (q, 3) of every element, (e, q, k) float64.
+
+        Parameters
+        ----------
+        xi : (q, 3) float64
+            Local coordinates in the unit cube.
+        """
         if self.per_element:
             return np.repeat(self.values[:, None], len(xi), axis=1)
         return np.asarray(np.matmul(tabulate(xi), self.coefficients))
@@ -83,6 +89,7 @@ def fitting(fields: Iterable[MeshField], n_elements: int) -> tuple[MeshField, ..
     Parameters
     ----------
     fields : iterable of MeshField
+        Those to look at.
     n_elements : int
         Of the mesh.
 

@@ -61,7 +61,15 @@ class RightVentricle:
 
 
 def right_ventricle(shape: BivShape, pose: Pose) -> RightVentricle:
-    """Measure the right ventricle of a shape and place it in the world."""
+    """Measure the right ventricle of a shape and place it in the world.
+
+    Parameters
+    ----------
+    shape : BivShape
+        Both ventricles.
+    pose : Pose
+        Heart frame to world.
+    """
     apex = right_apex(shape)
     left, right = shape.centroids
     towards = (right - left) * [1.0, 1.0, 0.0]

@@ -67,7 +67,7 @@ def make_sample(
         Name of the mask.
     description : str
         One sentence.
-    rotation, translation, scale, direction, noise, seed
+    rotation, translation, scale, direction, noise, seed : ArrayLike or int, optional
         See `Placement`.
 
     Returns

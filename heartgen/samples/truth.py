@@ -116,7 +116,13 @@ class Truth:
         return tuple(self.pose.to_world(rim) for rim in self.shape.rims)
 
     def area(self, surface: str = "all") -> float:
-        """Area of the external surface or a part of it, mm^2."""
+        """Area of the external surface or a part of it, mm^2.
+
+        Parameters
+        ----------
+        surface : str
+            Which part, or ``"all"``.
+        """
         return self.pose.scale**2 * sum(piece.area for piece in self._pieces(surface))
 
     def surface(self, n: int, surface: str = "all") -> tuple[Array, Array]:
@@ -157,6 +163,7 @@ class Truth:
         Parameters
         ----------
         points : (n, 3) array, mm, world (LPS)
+            Where to measure from.
         surface : str
             Which part, or ``"all"``; each ends at its rims.
 

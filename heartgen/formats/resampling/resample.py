@@ -68,6 +68,7 @@ class Cells:
     Attributes
     ----------
     kind : CellKind
+        Of all of them.
     nodes : (m, n) int
         Points of each cell.
     element : (m,) int
@@ -121,6 +122,11 @@ class Resampled:
         """Points of the faces of a surface, (f, n), in groups of equally many nodes.
 
         Vertices come first, counter-clockwise seen from outside, then edges, then the center.
+
+        Parameters
+        ----------
+        name : str
+            Of the surface.
         """
         groups: dict[int, list[NDArray[np.intp]]] = {}
         start = 0
@@ -144,7 +150,9 @@ def resample(mesh: HexMesh, wanted: Resampling) -> Resampled:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     wanted : Resampling
+        Which cells, and how many.
 
     Returns
     -------
