@@ -94,6 +94,13 @@ class Options:
     insertion : {"rounded", "squared"}
         The line on which the right ventricle meets the left one follows the anatomy around the
         right apex, or stays as square there as in the template.
+
+    Examples
+    --------
+    >>> import heartgen
+    >>> options = heartgen.Options(lod=3, ventricles="lv")
+    >>> options.lod, options.optimize
+    (3, True)
     """
 
     lod: int = 1

@@ -32,7 +32,7 @@ class CaseView:
     Attributes
     ----------
     title, caption : str
-        Words above and below the scene.
+        Words below the scene.
     scene : str
         A page of its own.
     """

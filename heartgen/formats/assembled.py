@@ -37,6 +37,20 @@ class MeshFile:
         On the mesh.
     notes : tuple of str
         What the file holds that was not read.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> from heartgen.formats import read_mesh_file
+    >>> with TemporaryDirectory() as folder:
+    ...     path = heartgen.write_mesh(mesh, Path(folder) / "mesh.exf").files[0]
+    ...     read = read_mesh_file(path)
+    >>> read.mesh.n_elements, read.fields, read.notes
+    (72, (), ())
     """
 
     mesh: HexMesh

@@ -64,6 +64,19 @@ def write_exf(
         If the file cannot be written.
     MeshError
         If a field or a group names what the mesh does not have, or its name cannot be written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> from heartgen.formats import write_exf
+    >>> with TemporaryDirectory() as folder:
+    ...     path = write_exf(mesh, Path(folder) / "mesh.exf").files[0]
+    ...     path.read_text().splitlines()[0]
+    'EX Version: 3'
     """
     return write_text(exf_text(ex_model(mesh, fields, groups)), path)
 

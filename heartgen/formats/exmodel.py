@@ -142,7 +142,7 @@ class ExModel:
     geometry : ExBlock
         The coordinates, mm, world (LPS).
     fields : ExBlock or None
-        The other fields; None if there are none at nodes.
+        The other fields; None if there are none.
     skeleton : Skeleton
         Faces and lines.
     structure : (e, 3) int

@@ -54,6 +54,14 @@ class Format:
         False if it has no place for fields; the writer is then given none.
     exact : bool
         The file holds the very same geometry.
+
+    Examples
+    --------
+    >>> from heartgen.formats import FORMATS
+    >>> print(FORMATS["vtu"])
+    VTK, cubic cells: ParaView, PyVista (.vtu), exact
+    >>> FORMATS["stl"].exact, FORMATS["stl"].fields
+    (False, False)
     """
 
     name: str
@@ -165,6 +173,21 @@ def write_mesh(
         If the format cannot hold the mesh, or a field is not one of this mesh.
     HeartgenError
         If the file cannot be written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> with TemporaryDirectory() as folder:
+    ...     written = heartgen.write_mesh(mesh, Path(folder) / "mesh.vtu")
+    ...     tetrahedra = heartgen.write_mesh(mesh, Path(folder) / "mesh.xdmf")
+    >>> written.files[0].name, written.notes
+    ('mesh.vtu', ())
+    >>> tetrahedra.notes[0].split(":")[0]
+    'resampled to 13536 tet4'
     """
     chosen = format_of(path, format, simple=cells is not None)
     fields = fitting(fields, mesh.n_elements)
@@ -189,6 +212,12 @@ def file_name(stem: str, name: str) -> str:
         The name without its ending.
     name : str
         One of `FORMATS`.
+
+    Examples
+    --------
+    >>> from heartgen.formats import file_name
+    >>> file_name("mesh", "vtu"), file_name("mesh", "vtu-cells")
+    ('mesh.vtu', 'mesh-vtu-cells.vtu')
     """
     ending = _named(name).ending
     usual = next(each for each in FORMATS.values() if each.ending == ending)
@@ -259,6 +288,14 @@ def cells_of(name: str, kind: str | None) -> Resampling | None:
         One of `FORMATS`.
     kind : str or None
         Such as ``"tet4"``; None for the usual cells.
+
+    Examples
+    --------
+    >>> from heartgen.formats import cells_of
+    >>> cells_of("xdmf", "tet10").kind
+    'tet10'
+    >>> cells_of("vtu", "tet10") is None  # it holds the cubic elements themselves
+    True
     """
     chosen = _named(name).write
     if kind is None or not isinstance(chosen, CellFormat) or chosen.only_surfaces:
@@ -273,6 +310,12 @@ def fields_held(name: str) -> Literal["all", "directions", "none"]:
     ----------
     name : str
         One of `FORMATS`.
+
+    Examples
+    --------
+    >>> from heartgen.formats import fields_held
+    >>> fields_held("vtu"), fields_held("inp"), fields_held("stl")
+    ('all', 'directions', 'none')
     """
     chosen = _named(name)
     if not chosen.fields:

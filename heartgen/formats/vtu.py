@@ -70,6 +70,20 @@ def write_vtu(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField] = ())
         If the file cannot be written.
     MeshError
         If a field does not fit the mesh.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> from heartgen.fields import make_fields
+    >>> from heartgen.formats import write_vtu
+    >>> with TemporaryDirectory() as folder:
+    ...     written = write_vtu(mesh, Path(folder) / "mesh.vtu", make_fields(mesh, ["fibers"]))
+    >>> written.files[0].name
+    'mesh.vtu'
     """
     grid = _lagrange_grid(mesh, fitting(fields, mesh.n_elements))
     cells = [(LAGRANGE_HEXAHEDRON, grid.cells)]

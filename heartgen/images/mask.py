@@ -55,6 +55,15 @@ class Mask:
     blood : (nx, ny, nz) uint8 or None
         `LEFT_BLOOD` and `RIGHT_BLOOD` in the blood pools of a label map, else 0; None if the image
         tells the myocardium alone.
+
+    Examples
+    --------
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mask.voxels.shape, round(mask.voxel_diagonal, 2)
+    ((24, 24, 31), 6.93)
+    >>> mask.to_world(mask.to_index(mask.affine[None, :3, 3])).round(3).tolist()
+    [[-46.0, -46.0, -86.0]]
     """
 
     voxels: NDArray[np.bool_]

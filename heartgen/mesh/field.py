@@ -26,6 +26,16 @@ class MeshField:
         k components: at the 4 x 4 x 4 Lagrange nodes of each element, xi1 fastest, as
         `HexMesh.lagrange_points` has positions, between which they are cubic; or one value per
         element, for which (e,) may be given as well. The field may jump between elements.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from heartgen.mesh import MeshField
+    >>> stiffness = MeshField("stiffness", np.full(72, 10.0))  # kPa, one value an element
+    >>> stiffness.per_element, stiffness.components
+    (True, 1)
+    >>> MeshField("pressure", np.zeros((72, 64, 1))).evaluate(np.full((5, 3), 0.5)).shape
+    (72, 5, 1)
     """
 
     name: str

@@ -92,10 +92,12 @@ def conjugate_gradients(
 
     Parameters
     ----------
-    operator, precondition : callable
-        Map (n, 3) to (n, 3).
+    operator : callable
+        Maps (n, 3) to (n, 3).
     right : (n, 3) float64
         Right-hand side.
+    precondition : callable
+        Maps (n, 3) to (n, 3), about as the inverse of the operator does.
     steps : int
         Number of steps; fewer only if the residual vanishes.
 

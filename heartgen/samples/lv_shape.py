@@ -31,7 +31,7 @@ class Lobe(NamedTuple):
     order : int
         Periods around the heart.
     size : float
-        Amplitude, as a factor of the cosine.
+        Amplitude, in the unit of what it is added to.
     at : float
         Where the cosine is 1, rad.
     """

@@ -129,9 +129,9 @@ def edge_of(shell: Surface, below: Gap, apart: Gap) -> Array:
     shell : callable
         Plane coordinates (n, 2) to points (n, 3), mm.
     below : callable
-        Of plane coordinates, how far they lie below the base, mm.
+        Points (n, 3), mm, to a number (n,) that is positive below the base.
     apart : callable
-        Of plane coordinates, how far they lie off the other wall, mm.
+        Likewise, positive apart from the other wall.
     """
     return shell(_line(shell, apart, below))
 

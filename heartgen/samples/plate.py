@@ -49,7 +49,7 @@ class Plate:
         Parameters
         ----------
         n : int
-            How many, about.
+            How many.
         """
         knots = np.concatenate([(rim.tree.data - self.center) @ self.axes for rim in self.rims])
         low, high = knots[:, :2].min(axis=0), knots[:, :2].max(axis=0)

@@ -171,7 +171,7 @@ def last_inside(inside: Callable[[Array, Array], Flags], limit: float) -> CubicS
     inside : callable
         Whether places are inside, (n,) bool, by their radius (n,) and angle (n,), rad.
     limit : float
-        Largest radius that is looked at, in the unit of the radius.
+        Largest radius.
     """
     angle = np.linspace(0, 2 * np.pi, RIM_KNOTS + 1)
     low, high = np.zeros_like(angle), np.full_like(angle, limit)

@@ -224,7 +224,7 @@ def key_html(painted: Any, mask: bool, moved: bool = False) -> str:
     mask : bool
         Whether the mask is shown.
     moved : bool
-        Whether slices are shown where they were before they were aligned.
+        Whether slices are shown that were aligned, so that they were given elsewhere.
     """
     marks = '<span class="hg-class"><i class="hg-mask-mark"></i>mask</span>' if mask else ""
     if moved:

@@ -44,6 +44,14 @@ class Resampling:
     pieces : (int, int, int), optional
         Hexahedra per element (radial, circumferential, longitudinal), each of which makes six
         tetrahedra if those are wanted; `USUAL_PIECES` if omitted.
+
+    Examples
+    --------
+    >>> from heartgen.formats import Resampling
+    >>> Resampling("hex20", (1, 2, 2))
+    Resampling(kind='hex20', pieces=(1, 2, 2))
+    >>> Resampling("tet4").pieces  # the usual ones
+    (2, 4, 4)
     """
 
     kind: str = "hex8"
