@@ -87,7 +87,7 @@ def biv(
         From the left endocardial apex to the base along the long axis.
     rv_apex : float, mm
         Height of the right endocardial apex above the left one.
-    placement : Unpack
+    **placement : Placement
         Rotation, translation, scale, image axes and noise: see `Placement`.
 
     Returns

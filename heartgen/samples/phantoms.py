@@ -85,7 +85,7 @@ def ideal_cup(
         Added to both semi-axes for the epicardium.
     base_height : float, mm
         Height of the basal plane above the widest level.
-    placement : Unpack
+    **placement : Placement
         Rotation, translation, scale, image axes and noise: see `Placement`.
 
     Returns
@@ -131,7 +131,7 @@ def lifelike_lv(
         Add ridges to the apical endocardium.
     valves : bool
         Let the rim rise and fall by up to 6 mm, so that the base needs truncation.
-    placement : Unpack
+    **placement : Placement
         Rotation, translation, scale, image axes and noise: see `Placement`.
 
     Returns

@@ -67,8 +67,8 @@ def make_sample(
         Name of the mask.
     description : str
         One sentence.
-    rotation, translation, scale, direction, noise, seed : ArrayLike or int, optional
-        See `Placement`.
+    rotation, translation, scale, direction, noise, seed : as in `Placement`
+        How the heart lies in the world and under the voxels.
 
     Returns
     -------

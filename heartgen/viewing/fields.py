@@ -212,7 +212,7 @@ def add_scalars(
         mm, world (LPS).
     look : FieldStyle
         Which field, and how it is shown.
-    septal_direction : (3,) sequence of float, optional
+    septal_direction : (3,) float, optional
         Towards the septum, world (LPS), where no right ventricle tells it.
     key : bool
         Show what the colors mean.
