@@ -9,6 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from typer.core import TyperGroup
+from typer.main import get_command
+
+from heartgen.cli.cohort import app
 
 ENTRY = re.compile(r"(?P<names>\*{0,2}\w+(?:, \*{0,2}\w+)*)(?: : (?P<type>.+))?$")
 """First line of what a docstring says of a parameter, or of several of one type."""
@@ -131,6 +135,14 @@ def test_every_parameter_is_described(repository: Path) -> None:
     assert sum(len(each.parameters) for each in called) > 1000
     found = [fault for each in called for fault in faults(each)]
     assert not found, "\n".join(found)
+
+
+def test_every_option_of_the_command_line_has_a_help_text() -> None:
+    group = get_command(app)
+    assert isinstance(group, TyperGroup)
+    options = [(name, option) for name, c in group.commands.items() for option in c.params]
+    assert len(options) > 50
+    assert not [(name, o.name) for name, o in options if not getattr(o, "help", None)]
 
 
 WRITTEN = '''

@@ -191,7 +191,7 @@ def without_channels(pool: NDArray[np.bool_], spacing: NDArray[np.float64]) -> N
     Parameters
     ----------
     pool : (nx, ny, nz) bool
-        What encloses no wall.
+        What is taken for blood, channels and all.
     spacing : (3,) float64
         Voxel size, mm.
 

@@ -62,7 +62,7 @@ class Part:
         Parameters
         ----------
         heights : (k,) float64
-            mm.
+            Along the normal of the slices, mm.
         """
         low, high = self.heights[[0, -1]]
         inside = np.clip(heights, low, high)
