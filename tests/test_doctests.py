@@ -14,7 +14,7 @@ import heartgen
 
 pytestmark = pytest.mark.slow
 
-MODULES = ["heartgen", "heartgen.mesh", "heartgen.formats", "heartgen.fields"]
+MODULES = ["heartgen", "heartgen.mesh", "heartgen.formats", "heartgen.fields", "heartgen.samples"]
 
 
 def offered() -> Iterator[tuple[str, Any]]:

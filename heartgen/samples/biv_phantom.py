@@ -99,6 +99,13 @@ def biv(
     ------
     InputError
         If a size, the placement or the grid makes no heart.
+
+    Examples
+    --------
+    >>> from heartgen import samples
+    >>> heart = samples.biv(6.0)
+    >>> heart.mask.voxels.shape, heart.truth.rv is not None
+    ((25, 20, 24), True)
     """
     sizes = {
         "rv_size": rv_size,

@@ -40,6 +40,13 @@ class Placement(TypedDict, total=False):
         Probability of flipping each voxel that has a face in common with the other label.
     seed : int
         Seed of the noise.
+
+    Examples
+    --------
+    >>> from heartgen import samples
+    >>> rabbit = samples.ideal_cup(1.0, scale=0.3, translation=(10.0, 0.0, 0.0))
+    >>> rabbit.truth.apex.round(3).tolist()
+    [10.0, 0.0, -18.0]
     """
 
     rotation: ArrayLike | int | None

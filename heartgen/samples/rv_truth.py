@@ -44,6 +44,13 @@ class RightVentricle:
         Where the two parts of the epicardium meet, at the same height.
     groove_angles : (2,) float64, rad
         Their angles.
+
+    Examples
+    --------
+    >>> from heartgen import samples
+    >>> right = samples.biv(6.0).truth.rv
+    >>> right.wall, right.septum, right.insertions.shape
+    (3.0, 10.0, (2, 3))
     """
 
     cavity_volume: float

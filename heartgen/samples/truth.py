@@ -64,6 +64,15 @@ class Truth:
         The wall in the heart frame.
     pose : Pose
         Where it stands in the world.
+
+    Examples
+    --------
+    >>> from heartgen import samples
+    >>> truth = samples.ideal_cup(4.0).truth
+    >>> truth.apex.round(3).tolist(), truth.long_axis.tolist()
+    ([0.0, 0.0, -60.0], [0.0, 0.0, 1.0])
+    >>> truth.distance([[0.0, 0.0, -65.0]]).round(2).tolist()  # in the middle of the wall
+    [5.0]
     """
 
     shape: Heart
