@@ -94,6 +94,13 @@ class Options:
     insertion : {"rounded", "squared"}
         The line on which the right ventricle meets the left one follows the anatomy around the
         right apex, or stays as square there as in the template.
+
+    Examples
+    --------
+    >>> import heartgen
+    >>> options = heartgen.Options(lod=3, ventricles="lv")
+    >>> options.lod, options.optimize
+    (3, True)
     """
 
     lod: int = 1
@@ -205,7 +212,15 @@ class Options:
             )
 
     def passes(self, lod: int, whole_lv: bool) -> int:
-        """Registration passes at a level; `whole_lv`: of a left ventricle that is seen whole."""
+        """Registration passes at a level; `whole_lv`: of a left ventricle that is seen whole.
+
+        Parameters
+        ----------
+        lod : int
+            Level of detail, 1 to 5.
+        whole_lv : bool
+            Whether the heart is a left ventricle that is seen whole.
+        """
         return (
             min(lod, OPTIMIZED_PASSES_OF_ONE if whole_lv else OPTIMIZED_PASSES)
             if self.optimize
@@ -214,12 +229,24 @@ class Options:
 
 
 def usual_elements(both: bool) -> tuple[int, int, int]:
-    """Elements (radial, circumferential, longitudinal) of a left ventricle, or of both."""
+    """Elements (radial, circumferential, longitudinal) of a left ventricle, or of both.
+
+    Parameters
+    ----------
+    both : bool
+        Both ventricles.
+    """
     return BIV_ELEMENTS if both else LV_ELEMENTS
 
 
 def elements_from_text(text: str) -> tuple[int, int, int]:
-    """Numbers of elements from a text such as ``1x12x6``; raises InputError for any other."""
+    """Numbers of elements from a text such as ``1x12x6``; raises InputError for any other.
+
+    Parameters
+    ----------
+    text : str
+        What the user wrote.
+    """
     found = re.fullmatch(r"(\d{1,4})[x×](\d{1,4})[x×](\d{1,4})", text.strip().lower())
     if found is None:
         raise InputError(
@@ -231,7 +258,13 @@ def elements_from_text(text: str) -> tuple[int, int, int]:
 
 
 def direction_from_text(text: str) -> tuple[float, float, float]:
-    """A direction from a text such as ``-1,-1,0`` or ``-1/-1/0``; raises InputError otherwise."""
+    """A direction from a text such as ``-1,-1,0`` or ``-1/-1/0``; raises InputError otherwise.
+
+    Parameters
+    ----------
+    text : str
+        What the user wrote.
+    """
     try:
         x, y, z = map(float, re.split("[,/]", text))
     except ValueError:

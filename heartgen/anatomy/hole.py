@@ -35,7 +35,13 @@ class Cone:
     widening: float
 
     def depth(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Signed distance (n,) of points (n, 3), mm, world, to the side, positive in the hole."""
+        """Signed distance (n,) of points (n, 3), mm, world, to the side, positive in the hole.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            mm, world (LPS).
+        """
         offset = points - self.origin
         height = offset @ self.axis
         aside = np.linalg.norm(offset - height[:, None] * self.axis, axis=1)
@@ -67,7 +73,9 @@ def with_hole(anatomy: Anatomy, cone: Cone) -> Anatomy:
     Parameters
     ----------
     anatomy : Anatomy
+        The patient's heart, measured.
     cone : Cone
+        The hole; mm, world (LPS).
 
     Returns
     -------

@@ -39,7 +39,13 @@ class Tags:
 
 
 def tags(topology: Topology) -> Tags:
-    """Number the regions and surfaces of a mesh."""
+    """Number the regions and surfaces of a mesh.
+
+    Parameters
+    ----------
+    topology : Topology
+        Of the mesh.
+    """
     region = np.zeros(topology.n_elements, dtype=np.intp)
     names = list(topology.parts)
     for number, part in enumerate(topology.parts.values(), start=1):
@@ -58,6 +64,12 @@ def tags(topology: Topology) -> Tags:
 
 
 def places(order: str) -> NDArray[np.intp]:
-    """Lattice points of an element, xi1 fastest, from their places "ijk" or "ij" in digits 0-3."""
+    """Lattice points of an element, xi1 fastest, from their places "ijk" or "ij" in digits 0-3.
+
+    Parameters
+    ----------
+    order : str
+        The places, with blanks between them.
+    """
     digits = np.array([[int(digit) for digit in place] for place in order.split()])
     return np.asarray(digits @ 4 ** np.arange(digits.shape[1]))

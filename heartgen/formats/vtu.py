@@ -52,6 +52,7 @@ def write_vtu(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField] = ())
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     path : path
         Its folder is created if absent.
     fields : iterable of MeshField
@@ -69,6 +70,20 @@ def write_vtu(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField] = ())
         If the file cannot be written.
     MeshError
         If a field does not fit the mesh.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> from heartgen.fields import make_fields
+    >>> from heartgen.formats import write_vtu
+    >>> with TemporaryDirectory() as folder:
+    ...     written = write_vtu(mesh, Path(folder) / "mesh.vtu", make_fields(mesh, ["fibers"]))
+    >>> written.files[0].name
+    'mesh.vtu'
     """
     grid = _lagrange_grid(mesh, fitting(fields, mesh.n_elements))
     cells = [(LAGRANGE_HEXAHEDRON, grid.cells)]
@@ -80,6 +95,15 @@ def write_bezier_vtu(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField
 
     Points and their data are Bernstein coefficients: between corners the surface does not pass
     through them.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    path : path
+        File to write; its folder is created if absent.
+    fields : iterable of MeshField
+        Fields on the mesh.
     """
     fields = fitting(fields, mesh.n_elements)
     to_bernstein = cube(lagrange_to_bernstein())
@@ -98,7 +122,17 @@ def write_bezier_vtu(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField
 
 
 def write_legacy_vtk(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField] = ()) -> Written:
-    """Write a mesh as a legacy VTK file, version 5.1; parameters as for `write_vtu`."""
+    """Write a mesh as a legacy VTK file, version 5.1; parameters as for `write_vtu`.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    path : path
+        File to write; its folder is created if absent.
+    fields : iterable of MeshField
+        Fields on the mesh.
+    """
     grid = _lagrange_grid(mesh, fitting(fields, mesh.n_elements))
     n, size = grid.cells.shape
     lines = [

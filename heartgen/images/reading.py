@@ -76,6 +76,19 @@ def read_mask(
     ------
     InputError
         If no heart can be meshed from the file; the message names every reason that was found.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import heartgen
+    >>> from heartgen.images.writing import write_mask
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "heart.nii.gz"
+    ...     write_mask(heartgen.samples.ideal_cup(4.0).mask, path)
+    ...     mask = heartgen.read_mask(path)
+    >>> mask.name, mask.voxels.shape
+    ('heart.nii.gz', (24, 24, 31))
     """
     return read_heart(path, Taking(label=label, frame=frame), view=view)
 
@@ -108,7 +121,9 @@ def read_labels(
         Which to take: all that are labeled, the left, both.
     rv_wall : float
         Thickness of the right ventricular wall if it has to be built, mm.
-    view, frame
+    view : bool
+        As of `read_mask`.
+    frame : int or str, optional
         As of `read_mask`.
 
     Returns
@@ -120,6 +135,21 @@ def read_labels(
     ------
     InputError
         As of `read_mask`; or if labels or the scheme are not as they have to be.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import heartgen
+    >>> import numpy as np
+    >>> from heartgen.images.writing import write_image
+    >>> cup = heartgen.samples.ideal_cup(4.0).mask
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "labels.nii.gz"
+    ...     write_image(2 * cup.voxels.astype(np.uint8), cup.affine, path)
+    ...     mask = heartgen.read_labels(path, {"lv_myocardium": 2})
+    >>> bool(mask.voxels.sum() == cup.voxels.sum())
+    True
     """
     taking = Taking(scheme=scheme, ventricles=ventricles, rv_wall=rv_wall, frame=frame)
     return read_heart(path, taking, view=view)
@@ -187,6 +217,16 @@ def mask_from_array(
     ------
     InputError
         As of `read_mask`.
+
+    Examples
+    --------
+    >>> import heartgen
+    >>> import numpy as np
+    >>> voxels = heartgen.samples.ideal_cup(4.0).mask.voxels
+    >>> affine = np.diag([-4.0, -4.0, 4.0, 1.0])  # as nibabel gives it
+    >>> mask = heartgen.mask_from_array(voxels, affine, frame="RAS")
+    >>> mask.spacing.tolist(), np.diag(mask.affine).tolist()
+    ([4.0, 4.0, 4.0], [4.0, 4.0, 4.0, 1.0])
     """
     world = _matrix(affine, name)
     if frame not in ("LPS", "RAS"):

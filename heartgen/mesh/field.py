@@ -26,6 +26,16 @@ class MeshField:
         k components: at the 4 x 4 x 4 Lagrange nodes of each element, xi1 fastest, as
         `HexMesh.lagrange_points` has positions, between which they are cubic; or one value per
         element, for which (e,) may be given as well. The field may jump between elements.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from heartgen.mesh import MeshField
+    >>> stiffness = MeshField("stiffness", np.full(72, 10.0))  # kPa, one value an element
+    >>> stiffness.per_element, stiffness.components
+    (True, 1)
+    >>> MeshField("pressure", np.zeros((72, 64, 1))).evaluate(np.full((5, 3), 0.5)).shape
+    (72, 5, 1)
     """
 
     name: str
@@ -71,7 +81,13 @@ class MeshField:
         return np.asarray(np.matmul(cube(lagrange_to_bernstein()), self.values))
 
     def evaluate(self, xi: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Values at local coordinates (q, 3) of every element, (e, q, k) float64."""
+        """Values at local coordinates (q, 3) of every element, (e, q, k) float64.
+
+        Parameters
+        ----------
+        xi : (q, 3) float64
+            Local coordinates in the unit cube.
+        """
         if self.per_element:
             return np.repeat(self.values[:, None], len(xi), axis=1)
         return np.asarray(np.matmul(tabulate(xi), self.coefficients))
@@ -83,6 +99,7 @@ def fitting(fields: Iterable[MeshField], n_elements: int) -> tuple[MeshField, ..
     Parameters
     ----------
     fields : iterable of MeshField
+        Those to look at.
     n_elements : int
         Of the mesh.
 

@@ -58,6 +58,15 @@ class Topology:
     generic_dofs : (n, 3) float64 or None
         Degrees of freedom of size 1 under which elements meet where they are to meet, if not all do
         so: in files, each element may have derivatives of its own. None if all do.
+
+    Examples
+    --------
+    >>> from heartgen.mesh.hermite import cup_topology
+    >>> topology = cup_topology((1, 12, 6))
+    >>> topology.n_elements, sorted(topology.surfaces)
+    (72, ['base', 'epi', 'lv_endo'])
+    >>> topology.surfaces["base"].shape, len(topology.collapsed)
+    ((12, 2), 12)
     """
 
     extraction: sp.csr_array
@@ -128,6 +137,19 @@ class HexMesh:
         Degrees of freedom, mm, world (LPS).
     topology : Topology
         Shared by all meshes that differ only in shape.
+
+    Examples
+    --------
+    >>> import heartgen
+    >>> import numpy as np
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> mesh.n_elements, mesh.dofs.shape
+    (72, (1164, 3))
+    >>> mesh.evaluate(np.full((1, 3), 0.5)).shape  # the middle of each element
+    (72, 1, 3)
+    >>> mesh.refined(radial=2).n_elements
+    144
     """
 
     dofs: NDArray[np.float64]
@@ -174,7 +196,13 @@ class HexMesh:
         return np.stack([np.matmul(tabulate(xi, d), self.control) for d in directions], -1)
 
     def with_dofs(self, dofs: NDArray[np.float64]) -> HexMesh:
-        """Return the mesh of the same topology with other degrees of freedom (n, 3), mm, LPS."""
+        """Return the mesh of the same topology with other degrees of freedom (n, 3), mm, LPS.
+
+        Parameters
+        ----------
+        dofs : (n, 3) float64
+            mm, world (LPS).
+        """
         return HexMesh(np.asarray(dofs, dtype=float), self.topology)
 
     def transformed(self, affine: NDArray[np.float64]) -> HexMesh:
@@ -207,6 +235,7 @@ class HexMesh:
         Parameters
         ----------
         like : Mask, or anything with its `voxels` and `affine`
+            The image whose voxels are taken; mm, world (LPS).
         partial : bool
             Give the share of each voxel that is in the mesh, not whether its center is.
 

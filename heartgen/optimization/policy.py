@@ -74,7 +74,9 @@ def optimize(
     mesh : HexMesh
         Where to start, and where the lines' course is taken from; mm, world (LPS).
     target : FitTarget
+        What the mesh is to follow.
     settings : FitSettings
+        Weights of the terms.
     allowed : float
         Largest mean distance from the patient, mm.
     least : float
