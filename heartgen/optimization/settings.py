@@ -195,7 +195,7 @@ RIDGE = 1e-10
 
 ROUNDS, MORE_ROUNDS = 8, 12
 """Times a mesh is fitted, at most, until it meets the constraints, and once more where neighbors
-weigh more, too (cohort: of 160 stacks, those that came free alone did so in 6, the others in 11)."""
+weigh more, too (cohort: of 160 stacks, those that came free alone did in 6, the others in 11)."""
 
 GROWTH = 2.0
 """Factor by which elements that fold or cross weigh more after the first round; after the second it
