@@ -42,9 +42,6 @@ class Accuracy:
         From the mask's surface to the mesh's external surface, area-weighted (equation 3.2): from
         the 0.5 isosurface of the mask smoothed by 0.7 voxels, which has no steps; of a stack, from
         the contours in its slices, weighted by length.
-    raw_mean : float or None
-        The same from the 0.5 isosurface of the mask as it is, steps and all, as in the paper; None
-        of a stack.
     reverse_mean, reverse_p95 : float
         From the mesh's external surface to the isosurface.
     symmetric_mean : float
@@ -56,6 +53,9 @@ class Accuracy:
         Overlap of mesh and mask.
     as_given : float or None
         Mean of a stack whose slices were moved: from the contours where they were given.
+    raw_mean : float or None
+        Mean from the 0.5 isosurface of the mask as it is, steps and all, as in the paper; None
+        of a stack.
     """
 
     mean: float
@@ -78,9 +78,6 @@ class Quality:
     ----------
     mean, min : float
         Jacobian ratio (equation 3.1) at 4 x 4 x 4 Gauss points.
-    by_gauss : dict of str to float
-        Mean Jacobian ratio by the number of Gauss points along a direction: it falls with it, and
-        the paper does not tell its own.
     below_threshold : float
         Share of elements below 0.33.
     apical_row : float
@@ -93,6 +90,9 @@ class Quality:
         Elements in which det J is not proven positive.
     overlapping_elements : int
         Elements of walls that cross.
+    by_gauss : dict of str to float
+        Mean Jacobian ratio by the number of Gauss points along a direction: it falls with it, and
+        the paper does not tell its own.
     """
 
     mean: float
@@ -123,6 +123,7 @@ def assess_quality(mesh: HexMesh) -> Quality:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
 
     Returns
     -------
@@ -158,6 +159,7 @@ def assess_accuracy(
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     myocardium : LevelSet
         Level function of the wall, zero on its surface.
     wall_volume : float
@@ -213,6 +215,7 @@ def mean_error(mesh: HexMesh, surface: Isosurface) -> float:
     mesh : HexMesh
         mm, world (LPS).
     surface : Isosurface
+        The patient's, mm, world (LPS).
 
     Returns
     -------
@@ -240,6 +243,7 @@ def distance_to(target: Isosurface, points: NDArray[np.float64]) -> NDArray[np.f
     Parameters
     ----------
     target : Isosurface
+        mm, world (LPS).
     points : (n, 3) float64
         mm, world (LPS).
 

@@ -19,6 +19,7 @@ class Clock:
     Parameters
     ----------
     progress : callable
+        Called with the name of a step and the share of it that is done.
     before : mapping of str to float, optional
         Seconds of the steps that were made before.
 
@@ -34,7 +35,13 @@ class Clock:
 
     @contextmanager
     def step(self, name: str) -> Iterator[Callable[[float], None]]:
-        """Time what is done within; what it gives is to be called with the share that is done."""
+        """Time what is done within; what it gives is to be called with the share that is done.
+
+        Parameters
+        ----------
+        name : str
+            Of the step.
+        """
         start = time.perf_counter()
         self.progress(name, 0.0)
         yield lambda done: self.progress(name, done)

@@ -38,6 +38,7 @@ class Comparison:
     Attributes
     ----------
     names : tuple of str
+        Of the states, in order.
     indices : tuple of Indices
         Clinical indices of each state.
     diastole, systole : int
@@ -106,6 +107,19 @@ def compare(
     ------
     InputError
         If there is nothing to compare.
+
+    Examples
+    --------
+    >>> import heartgen
+    >>> import numpy as np
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> smaller = mesh.transformed(np.diag([0.9, 0.9, 0.9, 1.0]))
+    >>> found = heartgen.compare([mesh, smaller], ["diastole", "systole"])
+    >>> round(found.lv_ejection_fraction, 3)
+    0.271
+    >>> round(found.strains[1].longitudinal, 2)
+    -0.1
     """
     meshes = [each if isinstance(each, HexMesh) else each.mesh for each in results]
     called = tuple(str(n + 1) for n in range(len(meshes))) if names is None else tuple(names)

@@ -124,6 +124,7 @@ def assess_coverage(mesh: HexMesh, mask: Mask, anatomy: Anatomy) -> Coverage:
     mesh : HexMesh
         mm, world (LPS).
     mask : Mask
+        The myocardium, in the world (LPS).
     anatomy : Anatomy
         Of the mask: its base, and where its slices were moved.
 

@@ -17,6 +17,7 @@ def enhance(mesh: HexMesh) -> HexMesh:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
 
     Returns
     -------

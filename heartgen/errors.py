@@ -85,7 +85,13 @@ def recalling(findings: Iterable[str]) -> Iterator[None]:
 
 
 def refused_by_system(error: OSError) -> str:
-    """Say which file or folder the system refused, and why; of a long name, its beginning."""
+    """Say which file or folder the system refused, and why; of a long name, its beginning.
+
+    Parameters
+    ----------
+    error : OSError
+        With the name of a file.
+    """
     name = str(error.filename)
     shown = name if len(name) <= LONGEST else f"{name[:LONGEST]}..."
     return (
@@ -95,7 +101,13 @@ def refused_by_system(error: OSError) -> str:
 
 
 def notes_of(error: Exception) -> list[str]:
-    """Sentences about what was seen before an error."""
+    """Sentences about what was seen before an error.
+
+    Parameters
+    ----------
+    error : Exception
+        Any error.
+    """
     return list(getattr(error, "__notes__", ()))
 
 
@@ -125,6 +137,7 @@ def sentence(error: BaseException) -> str:
     Parameters
     ----------
     error : BaseException
+        What was raised.
 
     Returns
     -------

@@ -53,7 +53,13 @@ def replacing(path: str | Path) -> Iterator[Path]:
 
 
 def flush(path: Path) -> None:
-    """Have a file on the disk; `OSError` if there is no place for all of it."""
+    """Have a file on the disk; `OSError` if there is no place for all of it.
+
+    Parameters
+    ----------
+    path : Path
+        A file that was written.
+    """
     with path.open("rb+") as file:
         os.fsync(file.fileno())
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
 from math import isfinite
-from numbers import Integral, Real
 from typing import Any, Literal, get_args
 
 from heartgen.errors import InputError
+from heartgen.option_kinds import kind_of
 from heartgen.renamed import new_options, takes_former_options
 
 STEPS = (
@@ -97,6 +97,13 @@ class Options:
     insertion : {"rounded", "squared"}
         The line on which the right ventricle meets the left one follows the anatomy around the
         right apex, or stays as square there as in the template.
+
+    Examples
+    --------
+    >>> import heartgen
+    >>> options = heartgen.Options(lod=3, ventricles="lv")
+    >>> options.lod, options.optimize
+    (3, True)
     """
 
     lod: int = 1
@@ -188,7 +195,7 @@ class Options:
     def _check_types(self) -> None:
         """Refuse what is not of the kind that an option has."""
         for each in fields(self):
-            value, (fits, kind) = getattr(self, each.name), _kind_of(each.name)
+            value, (fits, kind) = getattr(self, each.name), kind_of(each.name)
             if not fits(value):
                 raise InputError(f"{each.name} {value!r} is not {kind}: give {kind}")
 
@@ -216,7 +223,15 @@ class Options:
             )
 
     def passes(self, lod: int, whole_lv: bool) -> int:
-        """Registration passes at a level; `whole_lv`: of a left ventricle that is seen whole."""
+        """Registration passes at a level; `whole_lv`: of a left ventricle that is seen whole.
+
+        Parameters
+        ----------
+        lod : int
+            Level of detail, 1 to 5.
+        whole_lv : bool
+            Whether the heart is a left ventricle that is seen whole.
+        """
         return (
             min(lod, OPTIMIZED_PASSES_OF_ONE if whole_lv else OPTIMIZED_PASSES)
             if self.optimize
@@ -266,12 +281,24 @@ def chosen(options: Options | None, choices: Mapping[str, Any]) -> Options:
 
 
 def usual_elements(both: bool) -> tuple[int, int, int]:
-    """Elements (radial, circumferential, longitudinal) of a left ventricle, or of both."""
+    """Elements (radial, circumferential, longitudinal) of a left ventricle, or of both.
+
+    Parameters
+    ----------
+    both : bool
+        Both ventricles.
+    """
     return BIV_ELEMENTS if both else LV_ELEMENTS
 
 
 def elements_from_text(text: str) -> tuple[int, int, int]:
-    """Numbers of elements from a text such as ``1x12x6``; raises InputError for any other."""
+    """Numbers of elements from a text such as ``1x12x6``; raises InputError for any other.
+
+    Parameters
+    ----------
+    text : str
+        What the user wrote.
+    """
     found = re.fullmatch(r"(\d{1,4})[x×](\d{1,4})[x×](\d{1,4})", text.strip().lower())
     if found is None:
         raise InputError(
@@ -283,7 +310,13 @@ def elements_from_text(text: str) -> tuple[int, int, int]:
 
 
 def direction_from_text(text: str) -> tuple[float, float, float]:
-    """A direction from a text such as ``-1,-1,0`` or ``-1/-1/0``; raises InputError otherwise."""
+    """A direction from a text such as ``-1,-1,0`` or ``-1/-1/0``; raises InputError otherwise.
+
+    Parameters
+    ----------
+    text : str
+        What the user wrote.
+    """
     try:
         x, y, z = map(float, re.split("[,/]", text))
     except ValueError:
@@ -292,36 +325,3 @@ def direction_from_text(text: str) -> tuple[float, float, float]:
             "example -1,-1,0"
         ) from None
     return x, y, z
-
-
-def _kind_of(name: str) -> tuple[Callable[[Any], bool], str]:
-    """Whether a value is of the kind of an option, and that kind in words."""
-    return KINDS.get(name, (lambda value: isinstance(value, str), "a word"))
-
-
-def _is_switch(value: Any) -> bool:
-    return type(value).__name__ in ("bool", "bool_")  # Python's and NumPy's
-
-
-def _is_whole(value: Any) -> bool:
-    return isinstance(value, Integral) and not isinstance(value, bool)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool)
-
-
-def _are_numbers(value: Any) -> bool:
-    return isinstance(value, tuple | list) and all(map(_is_number, value))
-
-
-KINDS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
-    **dict.fromkeys(("optimize", "enhance", "transmural_grading"), (_is_switch, "True or False")),
-    **dict.fromkeys(("quality", "min_jacobian_ratio"), (_is_number, "a number")),
-    "lod": (_is_whole, "a whole number"),
-    "elements": (lambda v: v is None or _are_numbers(v), "three whole numbers, or None"),
-    "truncate": (lambda v: isinstance(v, str) or _is_number(v), "a number, 'auto' or 'off'"),
-    "septal_direction": (lambda v: v is None or _are_numbers(v), "three numbers, or None"),
-    "hole_radius": (lambda v: v is None or _is_number(v), "a number, or None"),
-}
-"""Kinds of the options that are no words."""

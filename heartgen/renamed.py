@@ -209,7 +209,13 @@ def new_options(choices: Mapping[str, Any], *, stored: bool = False) -> dict[str
 
 
 def former_options(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Options as former versions wrote them, in the same order."""
+    """Options as former versions wrote them, in the same order.
+
+    Parameters
+    ----------
+    options : mapping of str to object
+        By their new names.
+    """
     back = {new: (old, {v: k for k, v in values.items()}) for old, (new, values) in OPTIONS.items()}
     made = {}
     for name, value in options.items():
@@ -219,7 +225,15 @@ def former_options(options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def new_setting(name: str, text: str) -> tuple[str, str]:
-    """Name and value of an option as users write them, both new."""
+    """Name and value of an option as users write them, both new.
+
+    Parameters
+    ----------
+    name : str
+        Of the option, new or former.
+    text : str
+        Its value, new or former.
+    """
     if name not in OPTIONS:
         return name, text
     new, values = OPTIONS[name]
@@ -229,7 +243,13 @@ def new_setting(name: str, text: str) -> tuple[str, str]:
 
 
 def new_flags(arguments: Iterable[str]) -> list[str]:
-    """Arguments of a command with the flags' new names."""
+    """Arguments of a command with the flags' new names.
+
+    Parameters
+    ----------
+    arguments : iterable of str
+        The command line.
+    """
     made: list[str] = []
     rest = list(arguments)
     while rest:
@@ -252,25 +272,49 @@ def new_flags(arguments: Iterable[str]) -> list[str]:
 
 
 def new_word(word: str) -> str:
-    """The name of a field or coloring."""
+    """The name of a field or coloring.
+
+    Parameters
+    ----------
+    word : str
+        New or former.
+    """
     if word in WORDS:
         _warn(repr(word), repr(WORDS[word]))
     return WORDS.get(word, word)
 
 
 def new_column(name: str) -> str:
-    """The name of a column of stored results."""
+    """The name of a column of stored results.
+
+    Parameters
+    ----------
+    name : str
+        New or former.
+    """
     start, now = COLUMN_START
     return now + name.removeprefix(start) if name.startswith(start) else COLUMNS.get(name, name)
 
 
 def new_row(row: Mapping[str, Any]) -> dict[str, Any]:
-    """A stored row of results under the new names."""
+    """A stored row of results under the new names.
+
+    Parameters
+    ----------
+    row : mapping of str to object
+        Values by column.
+    """
     return {new_column(k): v for k, v in new_options(row, stored=True).items()}
 
 
 def new_table(table: DataFrame) -> DataFrame:
-    """A stored table of results under the new names."""
+    """A stored table of results under the new names.
+
+    Parameters
+    ----------
+    table : DataFrame
+        As it was stored.
+    """
     for name in OPTIONS.keys() & set(table):
         values = OPTIONS[name][1]
         table[name] = [values.get(value, value) for value in table[name]]
@@ -278,7 +322,13 @@ def new_table(table: DataFrame) -> DataFrame:
 
 
 def takes_former_options(cls: C) -> C:
-    """Let a dataclass of options be made with former names, and have them as attributes."""
+    """Let a dataclass of options be made with former names, and have them as attributes.
+
+    Parameters
+    ----------
+    cls : type
+        The dataclass; changed, and returned.
+    """
     made = cls.__init__  # type: ignore[misc]  # of this class alone
 
     @wraps(made)
@@ -290,7 +340,13 @@ def takes_former_options(cls: C) -> C:
 
 
 def has_former_attributes(names: Mapping[str, str]) -> Callable[[C], C]:
-    """Let objects of a class have attributes under former names; values are the new ones."""
+    """Let objects of a class have attributes under former names; values are the new ones.
+
+    Parameters
+    ----------
+    names : mapping of str to str
+        New names by the former ones.
+    """
 
     def former(self: Any, name: str) -> Any:
         if name not in names:
@@ -306,7 +362,13 @@ def has_former_attributes(names: Mapping[str, str]) -> Callable[[C], C]:
 
 
 def takes_former_keywords(function: Callable[P, R]) -> Callable[P, R]:
-    """Let a function be called with the former names of its arguments."""
+    """Let a function be called with the former names of its arguments.
+
+    Parameters
+    ----------
+    function : callable
+        To be wrapped.
+    """
 
     @wraps(function)
     def called(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -319,7 +381,13 @@ def takes_former_keywords(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def keep_former_names(module: str) -> None:
-    """Let names be imported from a module under former names, as `NAMES` has them."""
+    """Let names be imported from a module under former names, as `NAMES` has them.
+
+    Parameters
+    ----------
+    module : str
+        Its name.
+    """
     home = sys.modules[module]
     known = getattr(home, "__getattr__", None)
 
@@ -336,7 +404,13 @@ def keep_former_names(module: str) -> None:
 
 
 def new_module(name: str) -> str | None:
-    """Where a module is now; None if it was never elsewhere."""
+    """Where a module is now; None if it was never elsewhere.
+
+    Parameters
+    ----------
+    name : str
+        New or former, with all packages.
+    """
     found = name
     while True:
         old = max((m for m in MODULES if f"{found}.".startswith(f"{m}.")), key=len, default=None)
@@ -351,13 +425,29 @@ class FormerModules(MetaPathFinder, Loader):
     def find_spec(
         self, fullname: str, path: object = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Say that there is such a module."""
+        """Say that there is such a module.
+
+        Parameters
+        ----------
+        fullname : str
+            Of the module that is imported.
+        path : object
+            Not used.
+        target : module or None
+            Not used.
+        """
         if not fullname.startswith("heartgen.") or new_module(fullname) is None:
             return None
         return ModuleSpec(fullname, self, is_package=True)
 
     def exec_module(self, module: ModuleType) -> None:
-        """Have everything looked up where it is now."""
+        """Have everything looked up where it is now.
+
+        Parameters
+        ----------
+        module : ModuleType
+            Empty, to be filled.
+        """
         new = new_module(module.__name__)
         assert new is not None
         _warn(module.__name__, new)

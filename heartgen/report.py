@@ -112,8 +112,11 @@ class Report:
     options : dict
         Options of the run.
     accuracy : Accuracy
+        How far mask and mesh are apart.
     quality : Quality
+        How well shaped the elements are.
     fairness : Fairness
+        How smoothly the lines of the mesh run.
     unenhanced_quality : float
         Mean Jacobian ratio before the enhancement step.
     unoptimized_quality : float
@@ -121,6 +124,7 @@ class Report:
     unoptimized_fairness : Fairness
         Of the lines before the optimization step.
     measurements : Measurements
+        Sizes of the heart.
     indices : Indices
         Clinical indices of the mesh.
     coverage : Coverage
@@ -251,7 +255,13 @@ def _raw(accuracy: Accuracy) -> list[str]:
 
 
 def mask_sha256(mask: Mask) -> str:
-    """SHA-256 of the voxels of a mask and of their place, in hexadecimal digits."""
+    """SHA-256 of the voxels of a mask and of their place, in hexadecimal digits.
+
+    Parameters
+    ----------
+    mask : Mask
+        The myocardium, in the world (LPS).
+    """
     return hashlib.sha256(mask.voxels.tobytes() + mask.affine.tobytes()).hexdigest()
 
 

@@ -31,7 +31,9 @@ class Fit:
     Attributes
     ----------
     mask : Mask
+        What the mesh is fitted to.
     anatomy : Anatomy
+        The patient's heart, measured.
     options : Options
         With the numbers of elements that were made.
     warped, enhanced, mesh : HexMesh
@@ -66,8 +68,11 @@ class Assessment:
     Attributes
     ----------
     accuracy : Accuracy
+        How far mask and mesh are apart.
     quality : Quality
+        How well shaped the elements are.
     coverage : Coverage
+        What of the image the mesh accounts for.
     fairness, unoptimized_fairness : Fairness
         Of the lines, and of those before the optimization.
     """
@@ -80,7 +85,17 @@ class Assessment:
 
 
 def assess(fit: Fit) -> Assessment:
-    """Measure how good the mesh of a fit is."""
+    """Measure how good the mesh of a fit is.
+
+    Parameters
+    ----------
+    fit : Fit
+        What was made, and of what.
+
+    Returns
+    -------
+    Assessment
+    """
     mesh, anatomy, slices = fit.mesh, fit.anatomy, fit.anatomy.slices
     return Assessment(
         accuracy=assess_accuracy(
@@ -104,6 +119,7 @@ def report_on(fit: Fit, found: Assessment, seconds: dict[str, float]) -> Report:
     Parameters
     ----------
     fit : Fit
+        What was made, and of what.
     found : Assessment
         Of its mesh.
     seconds : dict of str to float
@@ -150,6 +166,7 @@ def measured(anatomy: Anatomy, mesh: HexMesh) -> Measurements:
     Parameters
     ----------
     anatomy : Anatomy
+        The patient's heart, measured.
     mesh : HexMesh
         mm, world (LPS).
 
@@ -176,6 +193,7 @@ def slices_of(anatomy: Anatomy) -> tuple[SliceReport, ...]:
     Parameters
     ----------
     anatomy : Anatomy
+        The patient's heart, measured.
 
     Returns
     -------

@@ -31,7 +31,9 @@ class Personalization:
     Attributes
     ----------
     mask : Mask
+        What the mesh is fitted to.
     options : Options
+        Of the run.
     anatomy : Anatomy
         What the shape analysis measured.
     template : HexMesh
@@ -45,21 +47,23 @@ class Personalization:
     mesh : HexMesh
         The result; mm, world (LPS).
     report : Report
+        How good the mesh is.
 
     Examples
     --------
+    >>> from tempfile import TemporaryDirectory
     >>> import heartgen
-    >>> from heartgen import samples
-    >>> cup = samples.ideal_cup(spacing=3.0)
-    >>> result = heartgen.personalize(cup.mask, optimize=False)
-    >>> result.mesh.n_elements
-    72
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     files = result.write(folder, mask=True)
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> result = heartgen.personalize(mask, optimize=False)
+    >>> with TemporaryDirectory() as folder:
+    ...     names = [path.name for path in result.write(folder, mask=True)]
     ...     again = heartgen.Personalization.load(folder)
-    >>> again.report.success == result.report.success
+    >>> names
+    ['mesh.exf', 'mesh.vtu', 'report.json', 'mask.nii.gz']
+    >>> again.report == result.report
     True
+    >>> [field.name for field in again.fields(["aha", "thickness"])]
+    ['aha segment', 'wall thickness']
     """
 
     mask: Mask
@@ -189,9 +193,10 @@ class Personalization:
     def plot(self, **options: Any) -> pyvista.Plotter:
         """Show the mesh over the mask's surface; options go to `heartgen.viewing.plot`.
 
-        Examples
-        --------
-        >>> result.plot(color="quality")  # doctest: +SKIP
+        Parameters
+        ----------
+        **options : object
+            As of `heartgen.viewing.plot`.
         """
         from heartgen.viewing import plot
 

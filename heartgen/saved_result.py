@@ -12,8 +12,7 @@ from heartgen.errors import HeartgenError, InputError, MissingFileError, NotKept
 from heartgen.files import replacing
 from heartgen.formats import read_mesh
 from heartgen.images import Mask
-from heartgen.images.accepting import MaskLike, accept
-from heartgen.images.reading import read_again
+from heartgen.images.accepting import MaskLike, accept, read_again
 from heartgen.images.volume import LPS_FROM_RAS
 from heartgen.mesh import HexMesh
 from heartgen.mesh.hermite import RIM
@@ -56,6 +55,7 @@ def load_parts(folder: Path, mask: MaskLike | None) -> dict[str, Any]:
     Parameters
     ----------
     folder : Path
+        Of the result.
     mask : Mask, path or image, optional
         That of the fit.
 
@@ -94,7 +94,16 @@ def load_parts(folder: Path, mask: MaskLike | None) -> dict[str, Any]:
 
 
 def find_part(result: Saved, folder: Path, name: str) -> Any:
-    """A part, by its name, of a result that was loaded from a folder, and is not there yet.
+    """A part of a loaded result that is not there yet.
+
+    Parameters
+    ----------
+    result : Saved
+        With what is there.
+    folder : Path
+        From which it was loaded.
+    name : str
+        Of the part.
 
     Raises
     ------
@@ -114,7 +123,20 @@ def find_part(result: Saved, folder: Path, name: str) -> Any:
 
 
 def keep_mask(mask: Mask, folder: Path) -> Path:
-    """Write a mask so that it can be read to the bit: NIfTI-2, whose affine is of doubles."""
+    """Write a mask so that it can be read to the bit: NIfTI-2, whose affine is of doubles.
+
+    Parameters
+    ----------
+    mask : Mask
+        Of the result.
+    folder : Path
+        Of the result.
+
+    Returns
+    -------
+    Path
+        The file.
+    """
     from nibabel.loadsave import save
     from nibabel.nifti2 import Nifti2Image
 

@@ -34,10 +34,24 @@ def in_lines(lines: Iterable[str], rest: str = "") -> str:
 
 
 def as_html(text: str) -> str:
-    """Text as a notebook shows it."""
+    """Text as a notebook shows it.
+
+    Parameters
+    ----------
+    text : str
+        Plain, in lines.
+    """
     return f'<pre style="margin:0">{escape(text)}</pre>'
 
 
 def counted(number: int, what: str) -> str:
-    """A number and what it counts, in the plural where it is not 1."""
+    """A number and what it counts, in the plural where it is not 1.
+
+    Parameters
+    ----------
+    number : int
+        How many there are.
+    what : str
+        In the singular.
+    """
     return f"{number} {what}" if number == 1 else f"{number} {what}s"

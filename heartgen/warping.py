@@ -25,6 +25,7 @@ def warp(
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     deformation : callable
         Maps points (m, 3) to deformed points (m, 3), mm, world (LPS).
 

@@ -100,11 +100,23 @@ class Anatomy:
     slices: Slices | None = None
 
     def to_world(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """World coordinates (n, 3), mm, LPS, of points (n, 3) in the heart's frame, mm."""
+        """World coordinates (n, 3), mm, LPS, of points (n, 3) in the heart's frame, mm.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            mm, heart's frame.
+        """
         return np.asarray(points @ self.frame[:3, :3].T + self.frame[:3, 3])
 
     def to_heart(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Heart coordinates (n, 3), mm, of points (n, 3) in the world, mm, LPS."""
+        """Heart coordinates (n, 3), mm, of points (n, 3) in the world, mm, LPS.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            mm, world (LPS).
+        """
         return np.asarray((points - self.frame[:3, 3]) @ self.frame[:3, :3])
 
 
@@ -120,6 +132,7 @@ def analyze(
     Parameters
     ----------
     mask : Mask
+        The myocardium, in the world (LPS).
     truncate : float or {"auto", "off"}
         Truncation below the rim, mm; ``"auto"`` truncates only where valve anatomy is present.
     ventricles : {"auto", "lv", "biv"}
@@ -154,7 +167,15 @@ def analyze(
 
 
 def analyze_under(mask: Mask, options: Options) -> Anatomy:
-    """Measure a mask as `analyze` does, as far as options of the pipeline have a say in it."""
+    """Measure a mask as `analyze` does, as far as options of the pipeline have a say in it.
+
+    Parameters
+    ----------
+    mask : Mask
+        The myocardium, in the world (LPS).
+    options : Options
+        Of the pipeline; those of fitting have no say.
+    """
     return analyze(
         mask,
         options.truncate,
@@ -170,6 +191,7 @@ def raw_indicator(mask: Mask, anatomy: Anatomy) -> LevelSet:
     Parameters
     ----------
     mask : Mask
+        The myocardium, in the world (LPS).
     anatomy : Anatomy
         Of this mask.
 

@@ -32,6 +32,7 @@ class BasalSurface:
     Attributes
     ----------
     plane : Plane
+        What the bumps stand on.
     axes : (2, 3) float64
         Unit vectors in the plane.
     corner : (2,) float64
@@ -49,14 +50,26 @@ class BasalSurface:
     bumps: NDArray[np.float64]
 
     def height(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Height over the surface of (n, 3) points along the plane's normal, mm: (n,)."""
+        """Height over the surface of (n, 3) points along the plane's normal, mm: (n,).
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            mm, world (LPS).
+        """
         place = (points - self.plane.origin) @ self.axes.T
         grid = (place - self.corner) / self.spacing
         bump = ndi.map_coordinates(self.bumps, grid.T, order=1, mode="nearest")
         return np.asarray(self.plane.height(points) - bump)
 
     def shifted(self, distance: float) -> BasalSurface:
-        """Return the same surface `distance` mm towards the base."""
+        """Return the same surface `distance` mm towards the base.
+
+        Parameters
+        ----------
+        distance : float
+            mm.
+        """
         return replace(self, plane=self.plane.shifted(distance))
 
 

@@ -145,6 +145,7 @@ def fit_plane(points: NDArray[np.float64], below: NDArray[np.float64], voxel: fl
     points : (n, 3) float64
         mm.
     below : (3,) float64
+        A point on the apical side of the opening, mm, in the same frame.
     voxel : float
         Voxel size, mm.
 

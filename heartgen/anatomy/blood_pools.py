@@ -64,6 +64,7 @@ class BloodPools:
     Attributes
     ----------
     left : Cavity
+        The left ventricle's.
     right : Cavity or None
         None if the mask shows a left ventricle alone.
     """
@@ -85,6 +86,13 @@ class BloodPools:
 
         Valves and vessels that rise above the base enclose, with the hull, grooves between them
         and the ventricles; below the base these are cut off from the pool.
+
+        Parameters
+        ----------
+        under : (nx, ny, nz) bool
+            Voxels below the base.
+        spacing : (3,) float64
+            Voxel size, mm.
         """
         kept = []
         for cavity in self:

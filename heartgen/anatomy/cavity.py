@@ -99,6 +99,7 @@ def find_cavity(space: Space, seed_region: NDArray[np.bool_], ventricle: str) ->
     Parameters
     ----------
     space : Space
+        What the wall leaves empty of its convex hull.
     seed_region : (nx, ny, nz) bool
         The part of the empty space that may belong to this ventricle.
     ventricle : str
@@ -132,7 +133,9 @@ def deepest_residue(space: Space, part: NDArray[np.bool_]) -> NDArray[np.bool_]:
     Parameters
     ----------
     space : Space
+        What the wall leaves empty of its convex hull.
     part : (nx, ny, nz) bool
+        The part of it to look in.
 
     Returns
     -------
@@ -157,6 +160,7 @@ def greatest(
     labels : (nx, ny, nz) int
         Regions 1 to count; 0 outside.
     count : int
+        Number of regions.
 
     Returns
     -------
@@ -169,7 +173,15 @@ def greatest(
 
 
 def core_radius(space: Space, part: NDArray[np.bool_]) -> float:
-    """Depth from which voxels are the core of a part of the empty space, mm."""
+    """Depth from which voxels are the core of a part of the empty space, mm.
+
+    Parameters
+    ----------
+    space : Space
+        What the wall leaves empty of its convex hull.
+    part : (nx, ny, nz) bool
+        A part of it.
+    """
     return max(CORE_DEPTH * float(space.depth[part].max()), float(np.min(space.spacing)))
 
 
@@ -179,6 +191,7 @@ def without_channels(pool: NDArray[np.bool_], spacing: NDArray[np.float64]) -> N
     Parameters
     ----------
     pool : (nx, ny, nz) bool
+        What is taken for blood, channels and all.
     spacing : (3,) float64
         Voxel size, mm.
 
@@ -204,8 +217,11 @@ def exposure(
     Parameters
     ----------
     labels : (nx, ny, nz) int
+        Numbers of the regions; 0 outside.
     hull : (nx, ny, nz) bool
+        The convex hull.
     which : (n,) int
+        Numbers of the regions asked for.
 
     Returns
     -------

@@ -36,6 +36,7 @@ def mesh_surfaces(
     filled : LevelSet
         Signed distance of wall and pools together.
     base : Base
+        Where the heart ends.
     voxel : float
         Voxel size, mm.
 
@@ -68,7 +69,9 @@ def truncated_indicator(mask: Mask, base: Base, voxel: float, smooth: bool = Tru
     Parameters
     ----------
     mask : Mask
+        The myocardium, in the world (LPS).
     base : Base
+        Where the heart ends.
     voxel : float
         Voxel size, mm.
     smooth : bool
@@ -88,7 +91,15 @@ def truncated_indicator(mask: Mask, base: Base, voxel: float, smooth: bool = Tru
 
 
 def heights(level: LevelSet, base: Plane | BasalSurface) -> NDArray[np.float32]:
-    """Height of every grid point of a level set over the base: (nx, ny, nz) float32, mm."""
+    """Height of every grid point of a level set over the base: (nx, ny, nz) float32, mm.
+
+    Parameters
+    ----------
+    level : LevelSet
+        Whose grid is taken.
+    base : Plane or BasalSurface
+        mm, world (LPS).
+    """
     if isinstance(base, BasalSurface):
         points = np.indices(level.values.shape).reshape(3, -1).T
         world = points @ level.affine[:3, :3].T + level.affine[:3, 3]

@@ -51,14 +51,26 @@ class Slices:
     shifts: NDArray[np.float64]
 
     def away(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Distance (n,) of points (n, 3), mm, world (LPS), to the nearest slice, mm."""
+        """Distance (n,) of points (n, 3), mm, world (LPS), to the nearest slice, mm.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            mm, world (LPS).
+        """
         height = points @ self.normal
         after = np.clip(np.searchsorted(self.heights, height), 1, len(self.heights) - 1)
         near = [np.abs(height - self.heights[after - k]) for k in (0, 1)]
         return np.asarray(np.minimum(*near))
 
     def shift_at(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Shift (n, 3), mm, of the slice nearest to points (n, 3), mm, world (LPS)."""
+        """Shift (n, 3), mm, of the slice nearest to points (n, 3), mm, world (LPS).
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            mm, world (LPS).
+        """
         away = np.abs((points @ self.normal)[:, None] - self.heights)
         nearest = away.argmin(axis=1)
         within = away[np.arange(len(points)), nearest] < self.distance / 2
@@ -80,12 +92,15 @@ class HeartShape:
     levels : tuple of LevelSet
         Signed distance of each pool.
     base : Base
+        Where the heart ends.
     voxel : float
         Edge of a cube with the volume of a voxel, mm.
     surfaces : mapping of str to LevelSet
+        As in `Anatomy`.
     myocardium : LevelSet
         These two as in `Anatomy`.
     findings : tuple of Finding
+        What was seen on the way.
     slices : Slices or None
         What was not interpolated; None if nothing was.
     """
@@ -102,12 +117,24 @@ class HeartShape:
     slices: Slices | None = None
 
     def centers(self, voxels: NDArray[np.bool_]) -> NDArray[np.float64]:
-        """World coordinates (n, 3), mm, LPS, of the voxels that are set."""
+        """World coordinates (n, 3), mm, LPS, of the voxels that are set.
+
+        Parameters
+        ----------
+        voxels : (nx, ny, nz) bool
+            Which voxels.
+        """
         affine = self.filled.affine
         index = np.argwhere(voxels).astype(float)
         return np.asarray(index @ affine[:3, :3].T + affine[:3, 3])
 
     def below(self, voxels: NDArray[np.bool_]) -> NDArray[np.float64]:
-        """World coordinates (n, 3) of the voxels that are set and lie below the base."""
+        """World coordinates (n, 3) of the voxels that are set and lie below the base.
+
+        Parameters
+        ----------
+        voxels : (nx, ny, nz) bool
+            Which voxels.
+        """
         points = self.centers(voxels)
         return points[self.base.surface.height(points) < 0]

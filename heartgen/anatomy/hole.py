@@ -37,7 +37,13 @@ class Cone:
     widening: float
 
     def depth(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Signed distance (n,) of points (n, 3), mm, world, to the side, positive in the hole."""
+        """Signed distance (n,) of points (n, 3), mm, world, to the side, positive in the hole.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            mm, world (LPS).
+        """
         offset = points - self.origin
         height = offset @ self.axis
         aside = np.linalg.norm(offset - height[:, None] * self.axis, axis=1)
@@ -64,7 +70,13 @@ def cone_through(endo: NDArray[np.float64], epi: NDArray[np.float64]) -> Cone:
 
 
 def rim_cone(mesh: HexMesh) -> Cone:
-    """Cone through the rims of the apical hole of a mesh."""
+    """Cone through the rims of the apical hole of a mesh.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    """
     radial = mesh.topology.index[mesh.topology.surfaces[RIM][:, 0], 0]
     rims = []
     for layer, face in ((0, 0.0), (radial.max(), 1.0)):
@@ -79,7 +91,9 @@ def with_hole(anatomy: Anatomy, cone: Cone) -> Anatomy:
     Parameters
     ----------
     anatomy : Anatomy
+        The patient's heart, measured.
     cone : Cone
+        The hole; mm, world (LPS).
 
     Returns
     -------

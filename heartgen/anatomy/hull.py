@@ -21,6 +21,7 @@ def convex_hull(voxels: NDArray[np.bool_]) -> NDArray[np.bool_]:
     Parameters
     ----------
     voxels : (nx, ny, nz) bool
+        The shape.
 
     Returns
     -------

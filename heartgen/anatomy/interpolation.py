@@ -57,7 +57,13 @@ class Part:
     centers: Array | None = None
 
     def at(self, heights: Array) -> Array:
-        """Level function (k, nx, ny) at heights (k,), mm; beyond the planes the part goes on."""
+        """Level function (k, nx, ny) at heights (k,), mm; beyond the planes the part goes on.
+
+        Parameters
+        ----------
+        heights : (k,) float64
+            Along the normal of the slices, mm.
+        """
         low, high = self.heights[[0, -1]]
         inside = np.clip(heights, low, high)
         level = _between(self.heights, self.values, inside)

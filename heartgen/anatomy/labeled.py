@@ -52,7 +52,9 @@ def ring_share(walls: Pixels, pools: Pixels) -> NDArray[np.float64]:
     Parameters
     ----------
     walls : (n, nx, ny) bool
+        Myocardium in each slice.
     pools : (1 or 2, n, nx, ny) bool
+        The left pool, and the right one if it is there, in each slice.
 
     Returns
     -------

@@ -24,9 +24,21 @@ class Plane:
     normal: NDArray[np.float64]
 
     def height(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Signed distance of (n, 3) points, mm, positive beyond the base: (n,)."""
+        """Signed distance of (n, 3) points, mm, positive beyond the base: (n,).
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            mm, in the frame of the plane.
+        """
         return np.asarray((points - self.origin) @ self.normal)
 
     def shifted(self, distance: float) -> Plane:
-        """Return the parallel plane `distance` mm towards the base."""
+        """Return the parallel plane `distance` mm towards the base.
+
+        Parameters
+        ----------
+        distance : float
+            mm.
+        """
         return Plane(self.origin + distance * self.normal, self.normal)

@@ -97,7 +97,13 @@ class ShortAxisContours:
     shifts: NDArray[np.float64]
 
     def padded(self, pixels: int) -> ShortAxisContours:
-        """Return the same with more empty pixels around the heart."""
+        """Return the same with more empty pixels around the heart.
+
+        Parameters
+        ----------
+        pixels : int
+            How many to add on each side.
+        """
         return replace(
             self,
             stack=self.stack.padded(pixels),
@@ -113,6 +119,7 @@ def find_sections(stack: Stack, ventricles: str = "auto") -> ShortAxisContours |
     Parameters
     ----------
     stack : Stack
+        Slices of the mask.
     ventricles : {"auto", "lv", "biv"}
         What the slices must show: a left ventricle alone, both, or either.
 

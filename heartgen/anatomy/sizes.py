@@ -27,6 +27,7 @@ def heart_frame(
         Centers of the voxels of the left pool, and of the right one if there is one, below the
         base, mm, world (LPS).
     plane : Plane
+        The base; mm, world (LPS).
 
     Returns
     -------

@@ -75,6 +75,7 @@ def without_shifts(sections: ShortAxisContours) -> ShortAxisContours:
     Parameters
     ----------
     sections : ShortAxisContours
+        Parts of the heart in the slices.
 
     Returns
     -------
@@ -101,6 +102,7 @@ def find_shifts(sections: ShortAxisContours) -> Array:
     Parameters
     ----------
     sections : ShortAxisContours
+        Parts of the heart in the slices.
 
     Returns
     -------

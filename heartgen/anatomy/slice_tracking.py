@@ -51,7 +51,21 @@ CLEARANCE = 1.5
 def follow_pools(
     walls: Pixels, holes: list[NDArray[np.int32]], seed: int, pools: int, stack: Stack
 ) -> tuple[Pixels, NDArray[np.intp]]:
-    """Pools (pools, n, nx, ny) followed from one slice to the next, and the gaps closed (n,)."""
+    """Pools (pools, n, nx, ny) followed from one slice to the next, and the gaps closed (n,).
+
+    Parameters
+    ----------
+    walls : (n, nx, ny) bool
+        Myocardium in each slice.
+    holes : list of (nx, ny) int
+        Numbers of the regions that the wall encloses in each slice.
+    seed : int
+        Number of the slice to start from.
+    pools : {1, 2}
+        How many to follow.
+    stack : Stack
+        The slices.
+    """
     found = np.zeros((pools, *walls.shape), dtype=bool)
     gaps = np.zeros(len(walls), dtype=int)
     sizes = np.bincount(holes[seed].ravel())
@@ -69,7 +83,15 @@ def follow_pools(
 
 
 def whole_pools(walls: Pixels, pools: Pixels) -> Pixels:
-    """Pools (pools, n, nx, ny) with what stands in them, without those too thin for a contour."""
+    """Pools (pools, n, nx, ny) with what stands in them, without those too thin for a contour.
+
+    Parameters
+    ----------
+    walls : (n, nx, ny) bool
+        Myocardium in each slice.
+    pools : (pools, n, nx, ny) bool
+        Blood in each slice.
+    """
     found = pools.copy()
     for n, wall in enumerate(walls):
         filled = ndi.binary_fill_holes(wall | found[:, n].any(0))
@@ -80,24 +102,52 @@ def whole_pools(walls: Pixels, pools: Pixels) -> Pixels:
 
 
 def holes_of(wall: Pixels) -> NDArray[np.int32]:
-    """Numbers, from 1, of the regions that a wall encloses."""
+    """Numbers, from 1, of the regions that a wall encloses.
+
+    Parameters
+    ----------
+    wall : (nx, ny) bool
+        Myocardium in a slice.
+    """
     return np.asarray(ndi.label(ndi.binary_fill_holes(wall) & ~wall)[0], dtype=np.int32)
 
 
 def least_second(largest: int) -> float:
-    """Area from which a pool beside one of the given area counts."""
+    """Area from which a pool beside one of the given area counts.
+
+    Parameters
+    ----------
+    largest : int
+        Area of the larger pool, pixels.
+    """
     return max(LEAST_POOL, SECOND_POOL * largest)
 
 
 def closing(shape: Pixels, radius: int) -> Pixels:
-    """Closing (nx, ny) by a disc, pixels, which the border of the image does not cut."""
+    """Closing (nx, ny) by a disc, pixels, which the border of the image does not cut.
+
+    Parameters
+    ----------
+    shape : (nx, ny) bool
+        What to close.
+    radius : int
+        Of the disc, pixels.
+    """
     ball: Pixels = disk(radius).astype(bool)  # type: ignore[no-untyped-call]
     inside = (slice(radius, -radius),) * 2
     return np.asarray(shape | ndi.binary_closing(np.pad(shape, radius), ball)[inside])
 
 
 def grown(shape: Pixels, radius: int) -> Pixels:
-    """Dilation (nx, ny) by a disc, pixels."""
+    """Dilation (nx, ny) by a disc, pixels.
+
+    Parameters
+    ----------
+    shape : (nx, ny) bool
+        What to grow.
+    radius : int
+        Of the disc, pixels.
+    """
     return np.asarray(ndi.distance_transform_edt(~shape) <= radius)
 
 
@@ -106,6 +156,13 @@ def behind_gaps(wall: Pixels, radius: int) -> NDArray[np.int32]:
 
     They are the regions that a disc inside cannot leave (a wall may be a pixel wide, in which a
     morphological closing closes no gap), grown into the corners that the disc does not reach.
+
+    Parameters
+    ----------
+    wall : (nx, ny) bool
+        Myocardium in a slice.
+    radius : int
+        Of the disc, pixels.
     """
     reached, _ = ndi.label(np.pad(~grown(wall, radius), 1, constant_values=True))
     region = expand_labels(reached, 2 * radius + 1)[1:-1, 1:-1]  # type: ignore[no-untyped-call]

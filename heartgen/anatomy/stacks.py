@@ -31,6 +31,7 @@ def shape_of_stack(sections: ShortAxisContours, truncate: float | str) -> HeartS
     Parameters
     ----------
     sections : ShortAxisContours
+        Parts of the heart in the slices.
     truncate : float or {"auto", "off"}
         Truncation below the upper end of the stack, mm; ``"auto"`` is none, because slices are
         planned below the valves.

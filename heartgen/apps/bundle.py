@@ -40,6 +40,7 @@ def make_bundle(
     Parameters
     ----------
     outcome : Outcome
+        The mesh to hand out.
     formats : iterable of str
         Names of mesh formats.
     report : bool
@@ -88,7 +89,13 @@ def make_bundle(
 
 
 def reproduce(outcome: Outcome) -> str:
-    """The lines of Python that make the same result."""
+    """The lines of Python that make the same result.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        A mesh that came out of a run.
+    """
     options = changed_options(outcome.result.options)
     if outcome.result.options.elements == usual_elements(outcome.result.anatomy.rv is not None):
         options.pop("elements", None)
@@ -102,7 +109,15 @@ def reproduce(outcome: Outcome) -> str:
 
 
 def manifest(outcome: Outcome, files: dict[str, str]) -> dict[str, Any]:
-    """What was made of what: options, versions, and the hash of everything."""
+    """What was made of what: options, versions, and the hash of everything.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        The mesh that is handed out.
+    files : dict of str to str
+        SHA-256 of each file, by its name.
+    """
     report = outcome.result.report
     return {
         "input": {"name": outcome.case.name, "sha256": outcome.case.sha256},

@@ -49,6 +49,7 @@ class PaintedFaces:
     Attributes
     ----------
     result : Personalization
+        Of which the surface is a stage.
     mesh : HexMesh
         At the stage that is shown.
     points : (n, 3) float64
@@ -60,7 +61,13 @@ class PaintedFaces:
     points: Array
 
     def of_faces(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Values of the external faces, (f,), at their points, (n,)."""
+        """Values of the external faces, (f,), at their points, (n,).
+
+        Parameters
+        ----------
+        values : (f,) array
+            One for each external face.
+        """
         return np.repeat(values, len(self.points) // len(values))
 
     @cached_property
@@ -74,14 +81,28 @@ class PaintedFaces:
         return np.asarray(jacobian_ratio(self.mesh))
 
     def field(self, group: str, name: str) -> MeshField:
-        """A field of the mesh, one of `heartgen.fields.FIELDS` by its group and name."""
+        """A field of the mesh, one of `heartgen.fields.FIELDS` by its group and name.
+
+        Parameters
+        ----------
+        group : str
+            One of `heartgen.fields.FIELDS`.
+        name : str
+            Of a field in it.
+        """
         made = make_fields(
             self.mesh, [group], septal_direction=self.result.options.septal_direction
         )
         return next(field for field in made if field.name == name)
 
     def of_field(self, field: MeshField) -> Array:
-        """Values of a field with one component at the points, (n,)."""
+        """Values of a field with one component at the points, (n,).
+
+        Parameters
+        ----------
+        field : MeshField
+            Of one component, on the mesh.
+        """
         return on_surface(field, self.mesh.topology).ravel()
 
     @cached_property
@@ -103,6 +124,7 @@ class Painted:
         Colors (m, 3) of the wall where it is cut open: of elements (m,) or, with a `field`,
         of its values (m,).
     title : str
+        Of the key.
     field : MeshField or None
         That colors the wall where it is cut open, if colors vary within the elements.
     scale : Scale or None
@@ -132,6 +154,7 @@ class Coloring:
     Attributes
     ----------
     title, explanation : str
+        Its name for users, and a sentence about it.
     paint : callable
         Colors of a patch; the second argument is the end of the error's scale, if one was chosen.
     """
@@ -142,7 +165,13 @@ class Coloring:
 
 
 def nice_limit(p95: float) -> float:
-    """End of a scale that suits a 95th percentile of the error, mm."""
+    """End of a scale that suits a 95th percentile of the error, mm.
+
+    Parameters
+    ----------
+    p95 : float
+        The percentile, mm.
+    """
     return next((limit for limit in NICE_LIMITS if limit >= ROOM * p95), NICE_LIMITS[-1])
 
 

@@ -45,6 +45,7 @@ class Costs:
         Parameters
         ----------
         options : Options
+            Of the run.
         both : bool
             Both ventricles.
         levels : tuple of int
@@ -75,12 +76,28 @@ class Costs:
         }
 
     def learn(self, expected: Mapping[str, float], seconds: float) -> None:
-        """Correct the slowness by a run that took so many seconds."""
+        """Correct the slowness by a run that took so many seconds.
+
+        Parameters
+        ----------
+        expected : mapping of str to float
+            Seconds of each step that the run had.
+        seconds : float
+            What it took in all.
+        """
         total = sum(expected.values())
         if total > 0 and seconds > 0:
             self.slowness *= (seconds / total) ** 0.5  # half way: one run may be an exception
 
 
 def n_elements(options: Options, both: bool) -> int:
-    """Elements a mesh will have."""
+    """Elements a mesh will have.
+
+    Parameters
+    ----------
+    options : Options
+        Of the run.
+    both : bool
+        Both ventricles.
+    """
     return prod(options.elements or usual_elements(both))

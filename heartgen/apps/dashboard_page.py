@@ -66,7 +66,13 @@ def dashboard(sample: str | None = FIRST) -> widgets.Widget:
 
 
 class Page:
-    """All panels, and which of them is in the middle."""
+    """All panels, and which of them is in the middle.
+
+    Parameters
+    ----------
+    first : str, optional
+        Sample to begin with; None for none.
+    """
 
     def __init__(self, first: str | None = None) -> None:
         self.session = Session(post_on_loop())
@@ -124,7 +130,13 @@ class Page:
         self.turn_to("input")
 
     def turn_to(self, key: str) -> None:
-        """Put a panel into the middle."""
+        """Put a panel into the middle.
+
+        Parameters
+        ----------
+        key : str
+            Name of the panel.
+        """
         for name, panel in self.panels.items():
             panel.widget.layout.display = "" if name == key else "none"
             tab = self.tabs[name]

@@ -26,7 +26,19 @@ class OnlyThePage(Authorizer):
     def is_authorized(
         self, handler: JupyterHandler, user: User, action: str, resource: str
     ) -> bool:
-        """Whether a request may pass."""
+        """Whether a request may pass.
+
+        Parameters
+        ----------
+        handler : JupyterHandler
+            Of the request.
+        user : User
+            Who asks.
+        action : str
+            Such as ``"read"`` or ``"execute"``.
+        resource : str
+            Such as ``"kernels"``.
+        """
         named: dict[str, Any] = handler.path_kwargs
         known = "kernel_id" in named or bool(handler.path_args)
         return resource == "kernels" and known and action in ("read", "execute")

@@ -26,7 +26,15 @@ def hints() -> Hints:
 
 
 def explained(control: Any, hint: str) -> Any:
-    """A control that explains itself on hover."""
+    """A control that explains itself on hover.
+
+    Parameters
+    ----------
+    control : ipywidgets.Widget
+        Returned with a class that the hint is tied to.
+    hint : str
+        What is shown, a sentence.
+    """
     known = hints()
     name = f"hg-hint-{len(known.hints)}"
     known.hints = {**known.hints, name: hint}

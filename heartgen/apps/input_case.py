@@ -26,6 +26,7 @@ class InputCase:
     Attributes
     ----------
     mask : Mask
+        The myocardium, in the world (LPS).
     code : str
         A Python expression that gives the mask.
     sha256 : str
@@ -47,7 +48,15 @@ class InputCase:
 
 @dataclass(frozen=True)
 class SampleGroup:
-    """Samples under a heading: names of the catalog, and what they are called."""
+    """Samples under a heading: names of the catalog, and what they are called.
+
+    Attributes
+    ----------
+    title : str
+        The heading.
+    names : dict of str to str
+        What samples are called, by their names in the catalog.
+    """
 
     title: str
     names: dict[str, str]
@@ -95,7 +104,13 @@ def sample_choices() -> tuple[tuple[str, str], ...]:
 
 
 def load_sample(name: str) -> InputCase:
-    """Make a sample of the catalog."""
+    """Make a sample of the catalog.
+
+    Parameters
+    ----------
+    name : str
+        In the catalog of `heartgen.samples`.
+    """
     from heartgen import samples
 
     sample = samples.load(name)
@@ -110,6 +125,7 @@ def load_file(path: Path, scheme: str = BINARY, frame: str = "") -> InputCase:
     Parameters
     ----------
     path : Path
+        The file.
     scheme : str
         ``"binary"``, the name of a scheme of labels, ``"auto"``, or roles as on the command line.
     frame : str
@@ -140,7 +156,15 @@ def load_file(path: Path, scheme: str = BINARY, frame: str = "") -> InputCase:
 
 
 def analyze_case(case: InputCase, options: Options) -> Anatomy:
-    """Measure the heart in a case, as the pipeline will."""
+    """Measure the heart in a case, as the pipeline will.
+
+    Parameters
+    ----------
+    case : InputCase
+        The input.
+    options : Options
+        Of the pipeline.
+    """
     from heartgen.anatomy import analyze_under
 
     return analyze_under(case.mask, options)

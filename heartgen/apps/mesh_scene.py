@@ -128,7 +128,13 @@ class Scene:
 
 
 def mask_scene(anatomy: Anatomy) -> Scene:
-    """The mask alone, before there is a mesh."""
+    """The mask alone, before there is a mesh.
+
+    Parameters
+    ----------
+    anatomy : Anatomy
+        The patient's heart, measured.
+    """
     surface = _placed(mask_surface(anatomy.myocardium, MAX_TRIANGLES), anatomy)
     opacity = ALONE_OPACITY if anatomy.slices is None else WHOLE_OPACITY
     surface.point_data["rgba"] = _rgba(MASK, np.full(surface.n_points, opacity))
@@ -141,7 +147,9 @@ def mesh_scene(outcome: Outcome, view: SceneView) -> Scene:
     Parameters
     ----------
     outcome : Outcome
+        Whose mesh is shown.
     view : SceneView
+        What of it, and how.
 
     Returns
     -------

@@ -26,6 +26,7 @@ def view(result: Personalization) -> widgets.Widget:
     Parameters
     ----------
     result : Personalization
+        A fitted mesh and all on the way to it.
 
     Returns
     -------

@@ -31,7 +31,15 @@ NAMES = {
 
 
 def head(session: Session, key: str) -> widgets.HTML:
-    """Head of a step: its number, title and state, and why."""
+    """Head of a step: its number, title and state, and why.
+
+    Parameters
+    ----------
+    session : Session
+        The visitor's work.
+    key : str
+        Of the step, see `STEPS`.
+    """
     step = next(s for s in STEPS if s.key == key)
     shown = text("", f"hg-head hg-step-{key}")
 
@@ -52,7 +60,15 @@ def head(session: Session, key: str) -> widgets.HTML:
 
 
 def text(value: str = "", classes: str = "") -> widgets.HTML:
-    """A piece of HTML."""
+    """A piece of HTML.
+
+    Parameters
+    ----------
+    value : str
+        The HTML.
+    classes : str
+        CSS classes, with blanks between them.
+    """
     return classed(widgets.HTML(value), classes)
 
 
@@ -62,7 +78,15 @@ def style() -> widgets.HTML:
 
 
 def classed(widget: Any, classes: str) -> Any:
-    """A widget with CSS classes."""
+    """A widget with CSS classes.
+
+    Parameters
+    ----------
+    widget : ipywidgets.Widget
+        Changed, and returned.
+    classes : str
+        CSS classes, with blanks between them.
+    """
     for name in classes.split():
         widget.add_class(name)
     return widget
@@ -72,25 +96,64 @@ def row(label: str, control: Any, tooltip: str) -> Any:
     """A labeled control that explains itself on hover.
 
     The label is the widget's own description, which the browser ties to the control.
+
+    Parameters
+    ----------
+    label : str
+        In front of the control.
+    control : ipywidgets.Widget
+        Changed, and returned.
+    tooltip : str
+        What is shown on hover.
     """
     control.description = label
     return classed(explained(control, tooltip), "hg-row")
 
 
 def button(title: str, tooltip: str, do: Callable[[], Any], classes: str = "") -> widgets.Button:
-    """A button."""
+    """A button.
+
+    Parameters
+    ----------
+    title : str
+        On the button.
+    tooltip : str
+        What is shown on hover.
+    do : callable
+        Called on a click.
+    classes : str
+        CSS classes, with blanks between them.
+    """
     made = widgets.Button(description=title, tooltip=tooltip)
     made.on_click(lambda _: do())
     return classed(made, f"hg-button {classes}".strip())
 
 
 def choose(options: Any, value: Any, label: str, tooltip: str) -> Any:
-    """A drop-down list of titles and values."""
+    """A drop-down list of titles and values.
+
+    Parameters
+    ----------
+    options : iterable of (str, object)
+        Titles and values.
+    value : object
+        The one that is chosen at first.
+    label : str
+        In front of the list.
+    tooltip : str
+        What is shown on hover.
+    """
     return row(label, widgets.Dropdown(options=list(options), value=value), tooltip)
 
 
 def seconds(value: float) -> str:
-    """A time in words, no more exact than an expectation is."""
+    """A time in words, no more exact than an expectation is.
+
+    Parameters
+    ----------
+    value : float
+        Seconds; nan if nothing is known.
+    """
     if value != value:
         return ""
     if value < 90:

@@ -12,7 +12,15 @@ from heartgen.options import Options
 
 @dataclass(frozen=True)
 class Alternative:
-    """One of several kinds to choose from: of topology, or of basis."""
+    """One of several kinds to choose from: of topology, or of basis.
+
+    Attributes
+    ----------
+    key : str
+        As `Options` takes it.
+    title, explanation : str
+        Its name for users, and a sentence about it.
+    """
 
     key: str
     title: str
@@ -130,7 +138,13 @@ class RunOptions(HasTraits):
 
 
 def changed_options(options: Options) -> dict[str, Any]:
-    """Those options that are not heartgen's defaults, the level of detail always among them."""
+    """Those options that are not heartgen's defaults, the level of detail always among them.
+
+    Parameters
+    ----------
+    options : Options
+        Of a run.
+    """
     defaults = Options()
     names = [name for name in vars(options) if getattr(options, name) != getattr(defaults, name)]
     return {

@@ -36,7 +36,9 @@ class Outcome:
     run : int
         Number of the run.
     case : InputCase
+        The input.
     result : Personalization
+        What the pipeline gave.
     """
 
     run: int
@@ -59,6 +61,12 @@ class Run(HasTraits):
 
     Attributes
     ----------
+    case : InputCase
+        The input.
+    options : Options
+        Of the pipeline.
+    **traits : object
+        First values of the attributes.
     phase : {"waiting", "running", "done", "failed", "cancelled"}
     step : str
         The running step.
@@ -112,7 +120,15 @@ class Run(HasTraits):
             self.phase = "cancelled"
 
     def work(self, anatomy: Anatomy | None, post: Post) -> None:
-        """Do the work, in a thread of its own; all that changes is posted."""
+        """Do the work, in a thread of its own; all that changes is posted.
+
+        Parameters
+        ----------
+        anatomy : Anatomy or None
+            The input's, if it is measured already; otherwise None.
+        post : callable
+            Has a change made where the state lives.
+        """
         from heartgen.pipeline import personalize_levels
 
         self._started = time.perf_counter()

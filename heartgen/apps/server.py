@@ -73,6 +73,7 @@ class Address:
     Attributes
     ----------
     host : str
+        Name or number of the machine's address.
     port : int or None
         None for the first free one from Jupyter's usual.
     token : str or None
@@ -96,6 +97,7 @@ def serve(place: Address) -> None:
     Parameters
     ----------
     place : Address
+        Where.
 
     Raises
     ------
@@ -156,7 +158,15 @@ def notebook() -> Path:
 
 
 def environment(place: Address, folder: Path) -> dict[str, str]:
-    """Variables of the server, which its kernels inherit."""
+    """Variables of the server, which its kernels inherit.
+
+    Parameters
+    ----------
+    place : Address
+        Where the dashboard is served.
+    folder : Path
+        With the server's settings.
+    """
     paths = [str(folder / "config"), os.environ.get("JUPYTER_CONFIG_PATH", "")]
     return {
         "JUPYTER_CONFIG_PATH": os.pathsep.join(filter(None, paths)),
@@ -169,7 +179,15 @@ def environment(place: Address, folder: Path) -> dict[str, str]:
 
 
 def arguments(place: Address, folder: Path) -> list[str]:
-    """Command line of Jupyter's server."""
+    """Command line of Jupyter's server.
+
+    Parameters
+    ----------
+    place : Address
+        Where the dashboard is served.
+    folder : Path
+        With the server's settings.
+    """
     local = place.host in LOCAL
     token = place.token if place.token is not None else "" if local else secrets.token_urlsafe(24)
     extensions = {

@@ -42,6 +42,10 @@ class Session(HasTraits):
 
     Attributes
     ----------
+    post : callable, optional
+        Has a change made where the state lives; at once if omitted.
+    **traits : object
+        First values of the attributes.
     case : Case or None
     anatomy : Anatomy or None
         Of the case, under the choices of the moment.
@@ -86,7 +90,13 @@ class Session(HasTraits):
         self._judge_steps()
 
     def post(self, change: Callable[[], None]) -> None:
-        """Have the state changed where it lives; what goes wrong there is told, not lost."""
+        """Have the state changed where it lives; what goes wrong there is told, not lost.
+
+        Parameters
+        ----------
+        change : callable
+            Makes the change.
+        """
         self._post(lambda: self._guarded(change))
 
     def close(self) -> None:
@@ -97,15 +107,36 @@ class Session(HasTraits):
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def load_sample(self, name: str) -> Future[None]:
-        """Take a sample for the input."""
+        """Take a sample for the input.
+
+        Parameters
+        ----------
+        name : str
+            In the catalog of `heartgen.samples`.
+        """
         return self._load(f"making the sample {name}", lambda: load_sample(name))
 
     def load_file(self, path: Path, scheme: str = BINARY, frame: str = "") -> Future[None]:
-        """Take a file for the input."""
+        """Take a file for the input.
+
+        Parameters
+        ----------
+        path : Path
+            The file.
+        scheme : str
+            As of `heartgen.apps.input_case.load_file`.
+        frame : str
+            As of `heartgen.apps.input_case.load_file`.
+        """
         return self._load(f"reading {path.name}", lambda: load_file(path, scheme, frame))
 
     def start(self, levels: tuple[int, ...] | None = None) -> Future[None]:
         """Start a run with the choices of the moment, at one level or at several.
+
+        Parameters
+        ----------
+        levels : tuple of int, optional
+            Levels of detail; the chosen one if omitted.
 
         Raises
         ------
@@ -133,11 +164,23 @@ class Session(HasTraits):
         return self.start(ALL_LEVELS)
 
     def refuse(self, sentence: str) -> None:
-        """Say why an input was not even read."""
+        """Say why an input was not even read.
+
+        Parameters
+        ----------
+        sentence : str
+            What is wrong, and what to do.
+        """
         self._complain(self._new_ask(), sentence)
 
     def show(self, outcome: Outcome) -> None:
-        """Look at a mesh; the input becomes the one it was made of."""
+        """Look at a mesh; the input becomes the one it was made of.
+
+        Parameters
+        ----------
+        outcome : Outcome
+            The mesh.
+        """
         if outcome.case is not self.case:
             self._new_ask()
             with self.hold_trait_notifications():
@@ -162,7 +205,13 @@ class Session(HasTraits):
         return next((run for run in reversed(self.runs) if run.active), None)
 
     def expected_seconds(self, levels: tuple[int, ...] | None = None) -> float:
-        """Seconds a run with the choices of the moment is expected to take."""
+        """Seconds a run with the choices of the moment is expected to take.
+
+        Parameters
+        ----------
+        levels : tuple of int, optional
+            Levels of detail; the chosen one if omitted.
+        """
         options = self.choices.options()
         analyzed = self._anatomy_for(options) is not None
         expected = self.costs.expect(options, self.both, levels or (options.lod,), analyzed)
@@ -359,6 +408,14 @@ def post_on_loop() -> Post | None:
 
 
 def siblings(session: Session, outcome: Outcome) -> list[Outcome]:
-    """Outcomes of the same case, one for each level of detail, the newest of each."""
+    """Outcomes of the same case, one for each level of detail, the newest of each.
+
+    Parameters
+    ----------
+    session : Session
+        The visitor's work.
+    outcome : Outcome
+        A mesh of the case.
+    """
     newest = {o.lod: o for o in session.outcomes if o.case is outcome.case}
     return [newest[lod] for lod in sorted(newest)]

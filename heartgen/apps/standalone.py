@@ -46,6 +46,7 @@ def view_files(mesh: Path, mask: Path | None, port: int, browser: bool) -> None:
     mesh : Path
         As heartgen writes it (VTU, EXF, EX1), or another mesh that PyVista reads.
     mask : Path or None
+        Shown over the mesh; None for none.
     port : int
         0 for any that is free.
     browser : bool
@@ -66,6 +67,11 @@ def view_files(mesh: Path, mask: Path | None, port: int, browser: bool) -> None:
 
 def read_mesh(path: Path) -> pv.DataSet:
     """Read a mesh to look at.
+
+    Parameters
+    ----------
+    path : Path
+        File to read.
 
     Raises
     ------
@@ -93,7 +99,15 @@ def read_mesh(path: Path) -> pv.DataSet:
 
 
 def make_scene(mesh: pv.DataSet, anatomy: Anatomy | None) -> Any:
-    """Make a plotter with actors ``mesh``, ``edges`` and, if its mask is known, ``mask``."""
+    """Make a plotter with actors ``mesh``, ``edges`` and, if its mask is known, ``mask``.
+
+    Parameters
+    ----------
+    mesh : pyvista.DataSet
+        mm, world (LPS).
+    anatomy : Anatomy or None
+        Of the mask; None if there is no mask.
+    """
     surface: Any = mesh.extract_surface(
         nonlinear_subdivision=SUBDIVISION, algorithm="dataset_surface"
     )
@@ -117,7 +131,13 @@ def make_scene(mesh: pv.DataSet, anatomy: Anatomy | None) -> Any:
 
 
 def colors_of(plotter: Any) -> list[str]:
-    """Names of what the mesh can be colored by."""
+    """Names of what the mesh can be colored by.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+        As of `make_scene`.
+    """
     surface = plotter.actors["mesh"].mapper.dataset
     hidden = ("vtkOriginal", "Normals", "surface ", "patch ", "part ")
     names = [
@@ -129,7 +149,15 @@ def colors_of(plotter: Any) -> list[str]:
 
 
 def color_by(plotter: Any, name: str) -> str:
-    """Color the mesh, and say what the ends of the scale are."""
+    """Color the mesh, and say what the ends of the scale are.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+        As of `make_scene`.
+    name : str
+        One of `colors_of`.
+    """
     mapper = plotter.actors["mesh"].mapper
     if name == PLAIN:
         mapper.scalar_visibility = False
@@ -142,7 +170,19 @@ def color_by(plotter: Any, name: str) -> str:
 
 
 def serve_scene(plotter: Any, title: str, port: int, browser: bool) -> None:
-    """Serve a scene on this machine until interrupted."""
+    """Serve a scene on this machine until interrupted.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+        As of `make_scene`.
+    title : str
+        Of the page.
+    port : int
+        0 for any that is free.
+    browser : bool
+        Open the page.
+    """
     os.environ.setdefault("VTK_WASM_DIR_OVERRIDE", tempfile.gettempdir())  # else it is downloaded
     with needing("the view needs", "apps"):
         from trame.app import get_server

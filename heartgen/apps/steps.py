@@ -15,9 +15,11 @@ class Step:
     Attributes
     ----------
     key : str
+        Its name in the program.
     number : int
         From 1.
     title : str
+        Its name for users.
     """
 
     key: str
@@ -48,6 +50,7 @@ class StepState:
     Attributes
     ----------
     phase : {"blocked", "ready", "running", "done", "failed"}
+        How far it is.
     reason : str
         Why, in a clause for the user.
     """

@@ -22,7 +22,21 @@ MEGABYTE = 1024.0 * 1024.0
 
 
 class Upload(anywidget.AnyWidget):
-    """A drop zone; what arrives is written into a folder."""
+    """A drop zone; what arrives is written into a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Where files are written.
+    limit : int
+        Bytes of the largest file that is taken.
+    arrived : callable
+        Called with the path of a file.
+    refused : callable
+        Called with a sentence.
+    shown : callable
+        Called when the drop zone is on the page.
+    """
 
     _esm = WEB / "upload.js"
     limit = Int(0).tag(sync=True)
@@ -110,7 +124,15 @@ class Upload(anywidget.AnyWidget):
 
 
 class Download(anywidget.AnyWidget):
-    """A button that asks for a file to be made, and saves it."""
+    """A button that asks for a file to be made, and saves it.
+
+    Parameters
+    ----------
+    make : callable
+        Called to have the file made.
+    **traits : object
+        First values of the attributes.
+    """
 
     _esm = WEB / "download.js"
     title = Unicode("Download").tag(sync=True)
@@ -124,7 +146,15 @@ class Download(anywidget.AnyWidget):
         self.on_msg(self._hear)
 
     def hand_over(self, name: str, content: bytes) -> None:
-        """Have the browser save a file."""
+        """Have the browser save a file.
+
+        Parameters
+        ----------
+        name : str
+            Of the file.
+        content : bytes
+            Of the file.
+        """
         self.send({"kind": "file", "name": name}, buffers=[content])
         self.busy = False
 
@@ -143,7 +173,13 @@ class Copy(anywidget.AnyWidget):
 
 
 class Pulse(anywidget.AnyWidget):
-    """Tells the visitor when the kernel behind the page has ended; until then it is not seen."""
+    """Tells the visitor when the kernel behind the page has ended; until then it is not seen.
+
+    Parameters
+    ----------
+    **traits : object
+        First values of the attributes.
+    """
 
     _esm = WEB / "pulse.js"
     interval = Float(5.0).tag(sync=True)  # seconds between two questions
@@ -155,7 +191,13 @@ class Pulse(anywidget.AnyWidget):
 
 
 def safe_name(name: str) -> str:
-    """A file name without folders, control characters or undue length."""
+    """A file name without folders, control characters or undue length.
+
+    Parameters
+    ----------
+    name : str
+        As a browser gives it.
+    """
     last = PurePosixPath(name.replace("\\", "/")).name
     kept = "".join(c for c in last if c.isprintable()).strip().lstrip(".")
     return kept[-NAME_LENGTH:] or "upload"

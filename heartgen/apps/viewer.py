@@ -73,7 +73,15 @@ class HeartView:
             self.show(self._scene)
 
     def show(self, scene: Scene, reset: bool = False) -> None:
-        """Show a scene; the camera stays where it is, unless it is to be reset."""
+        """Show a scene; the camera stays where it is, unless it is to be reset.
+
+        Parameters
+        ----------
+        scene : Scene
+            What to draw.
+        reset : bool
+            Whether the camera moves to where all is seen.
+        """
         self._scene = scene
         for name in PARTS:
             data = getattr(scene, name)

@@ -25,6 +25,7 @@ def check_results(folder: Path, mask: Mask, overwrite: bool) -> None:
     mask : Mask
         To which a mesh is about to be fitted.
     overwrite : bool
+        Whether they may be replaced.
 
     Raises
     ------

@@ -109,7 +109,13 @@ def written_together(folder: Path) -> Iterator[Path]:
 
 
 def check_folder(folder: Path) -> None:
-    """Refuse a folder for results that could not be written, before the work is done."""
+    """Refuse a folder for results that could not be written, before the work is done.
+
+    Parameters
+    ----------
+    folder : Path
+        Where results are to go; may be absent.
+    """
     existing = next(place for place in (folder, *folder.absolute().parents) if place.exists())
     if not existing.is_dir():
         raise HeartgenError(f"{existing}: This is a file, not a folder: choose another with -o.")
@@ -118,7 +124,13 @@ def check_folder(folder: Path) -> None:
 
 
 def check_picture(path: Path) -> None:
-    """Refuse a name for a picture that no picture can have."""
+    """Refuse a name for a picture that no picture can have.
+
+    Parameters
+    ----------
+    path : Path
+        Where the picture is to go.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     endings = FigureCanvasAgg.get_supported_filetypes()

@@ -19,7 +19,15 @@ class TakesFormerFlags(TyperGroup):
     """Commands that take flags under their former names, too."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the command line."""
+        """Read the command line.
+
+        Parameters
+        ----------
+        ctx : typer.Context
+            Of the command.
+        args : list of str
+            The command line.
+        """
         return super().parse_args(ctx, new_flags(args))
 
 

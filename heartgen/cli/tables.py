@@ -66,7 +66,13 @@ def step_bars() -> Iterator[clock.Progress]:
 
 
 def show_report(report: Report) -> None:
-    """Show all measures, what was noticed on the way, and the verdict."""
+    """Show all measures, what was noticed on the way, and the verdict.
+
+    Parameters
+    ----------
+    report : Report
+        Of a fitted mesh.
+    """
     judged = verdict(report)
     console.print()
     console.print(Columns([_table(section) for section in sections(report)], padding=(0, 3)))
@@ -76,7 +82,13 @@ def show_report(report: Report) -> None:
 
 
 def show_comparison(comparison: Comparison) -> None:
-    """Show what a heart ejects, its strains, and the indices of each state."""
+    """Show what a heart ejects, its strains, and the indices of each state.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        A heart in several states.
+    """
     console.print()
     console.print(Columns([_table(part) for part in changes(comparison)], padding=(0, 3)))
     shown = states(comparison)
@@ -93,7 +105,13 @@ def show_comparison(comparison: Comparison) -> None:
 
 
 def show_image(mask: Mask) -> None:
-    """Show how the image is made, and what its checks found."""
+    """Show how the image is made, and what its checks found.
+
+    Parameters
+    ----------
+    mask : Mask
+        The myocardium, in the world (LPS).
+    """
     shape = " × ".join(map(str, mask.voxels.shape))
     spacing = " × ".join(f"{s:.4g}" for s in mask.spacing)
     axis = mask.stack_axis
@@ -112,7 +130,13 @@ def show_image(mask: Mask) -> None:
 
 
 def show_anatomy(anatomy: Anatomy) -> None:
-    """Show what the shape analysis measured."""
+    """Show what the shape analysis measured.
+
+    Parameters
+    ----------
+    anatomy : Anatomy
+        The patient's heart, measured.
+    """
     cut = anatomy.base.truncation
     sizes = (
         ("length of the cavity", f"{number(anatomy.length)} mm"),
@@ -193,7 +217,13 @@ def _vector(components: NDArray[np.float64], digits: int) -> str:
 
 
 def show_summaries(summaries: Sequence[Summary]) -> None:
-    """Show what the groups of a cohort came to."""
+    """Show what the groups of a cohort came to.
+
+    Parameters
+    ----------
+    summaries : sequence of Summary
+        One for each group.
+    """
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.add_column("", no_wrap=True)
     for head in (

@@ -55,7 +55,7 @@ def batch(
     progress : callable
         Called with the number of cases that are done, that of all, and the rows of the last one.
 
-    **choices
+    **choices : object
         Single options that replace those of `options`.
 
     Returns

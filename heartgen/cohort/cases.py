@@ -54,7 +54,13 @@ class Case:
     choices: Mapping[str, Any] = field(default_factory=dict)
 
     def read(self, ventricles: str = "auto") -> Mask:
-        """The mask; raises InputError where no heart can be meshed from the file."""
+        """The mask; raises InputError where no heart can be meshed from the file.
+
+        Parameters
+        ----------
+        ventricles : {"auto", "lv", "biv"}
+            Which to take from a label map.
+        """
         if isinstance(self.source, Mask):
             return self.source
         return self.selection.read(self.source, ventricles)
@@ -123,7 +129,13 @@ def find_cases(place: Path, selection: Selection = WHOLE) -> list[Case]:
 
 
 def check_names(cases: Sequence[Case]) -> None:
-    """Refuse names that cannot be those of folders, and names given twice."""
+    """Refuse names that cannot be those of folders, and names given twice.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+        Of a cohort.
+    """
     seen: dict[str, str] = {}
     for case in cases:
         if not all(NAME.fullmatch(part) for part in case.name.split("/")):

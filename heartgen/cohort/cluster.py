@@ -60,6 +60,7 @@ class Died:
     Attributes
     ----------
     reason : str
+        A sentence.
     """
 
     reason: str
@@ -68,6 +69,13 @@ class Died:
 @contextmanager
 def connected(workers: Workers, tasks: int) -> Iterator[Client]:
     """Have processes to work in, and no more of one's own than there are tasks.
+
+    Parameters
+    ----------
+    workers : Workers
+        How many and where.
+    tasks : int
+        How many there are to do.
 
     Raises
     ------
@@ -93,9 +101,11 @@ def each(client: Client, work: Callable[[T], R], jobs: Sequence[T]) -> Iterator[
     Parameters
     ----------
     client : Client
+        Of dask.
     work : callable
         Top-level function that raises nothing.
     jobs : sequence
+        What to work on, one after the other.
 
     Yields
     ------

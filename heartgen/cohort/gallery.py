@@ -32,6 +32,7 @@ class CaseView:
     Attributes
     ----------
     title, caption : str
+        Words below the scene.
     scene : str
         A page of its own.
     """

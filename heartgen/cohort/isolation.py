@@ -61,6 +61,7 @@ def do_apart(job: Job, limit: float | None = None) -> list[Row]:
     Parameters
     ----------
     job : Job
+        What to do.
     limit : float or None
         Seconds that each of its levels may take; None for as long as it likes.
 

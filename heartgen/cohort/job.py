@@ -50,6 +50,7 @@ class Job:
     name : str
         Of its folder, below that of all jobs; unlike that of any other job.
     case : Case
+        The input.
     options : Options
         All but the level of detail.
     levels : tuple of int
@@ -73,7 +74,13 @@ class Job:
         return None if self.folder is None else self.folder / self.name
 
     def key(self, *, former: bool = False) -> str:
-        """The same text for the same work; that of former versions, if `former`."""
+        """The same text for the same work; that of former versions, if `former`.
+
+        Parameters
+        ----------
+        former : bool
+            Whether to name options as former versions did.
+        """
         options = {k: v for k, v in asdict(self.options).items() if k != "lod"}
         if former:
             options = former_options(options)
@@ -87,6 +94,7 @@ def do(job: Job) -> list[Row]:
     Parameters
     ----------
     job : Job
+        What to do.
 
     Returns
     -------
@@ -113,7 +121,17 @@ def do(job: Job) -> list[Row]:
 
 
 def give_up(job: Job, reason: str, digest: str = "") -> list[Row]:
-    """Leave the reason why there is no mesh."""
+    """Leave the reason why there is no mesh.
+
+    Parameters
+    ----------
+    job : Job
+        That failed.
+    reason : str
+        A sentence.
+    digest : str
+        SHA-256 of what was read; empty if nothing was.
+    """
     rows = failed_rows(job, reason, digest)
     with suppress(
         HeartgenError, OSError
@@ -123,19 +141,41 @@ def give_up(job: Job, reason: str, digest: str = "") -> list[Row]:
 
 
 def failed_rows(job: Job, reason: str, digest: str = "") -> list[Row]:
-    """A row for each level that was not fitted."""
+    """A row for each level that was not fitted.
+
+    Parameters
+    ----------
+    job : Job
+        That failed.
+    reason : str
+        A sentence.
+    digest : str
+        SHA-256 of what was read; empty if nothing was.
+    """
     each = [replace(job.options, lod=lod) for lod in job.levels]
     return [failed_row(job.case, digest, options, reason) for options in each]
 
 
 def rows_of(job: Job) -> list[Row] | None:
-    """Rows of a job that is done, whatever it was asked to do; None of one that is not."""
+    """Rows of a job that is done, whatever it was asked to do; None of one that is not.
+
+    Parameters
+    ----------
+    job : Job
+        That may be done.
+    """
     found = _record(job)
     return None if found is None else [new_row(row) for row in found["rows"]]
 
 
 def is_as_asked(job: Job) -> bool:
-    """Whether a job that is done was asked for the same as now."""
+    """Whether a job that is done was asked for the same as now.
+
+    Parameters
+    ----------
+    job : Job
+        As it is asked for now.
+    """
     found = _record(job)
     return found is not None and found["key"] in (job.key(), job.key(former=True))
 

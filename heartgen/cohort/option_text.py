@@ -58,13 +58,26 @@ def option_from_text(name: str, text: str) -> Any:
 
 
 def setting_from_text(name: str, text: str) -> tuple[str, Any]:
-    """Name and value of an option, of which the name may be a former one."""
+    """Name and value of an option, of which the name may be a former one.
+
+    Parameters
+    ----------
+    name : str
+        Of an option.
+    text : str
+        Its value, as a user writes it.
+    """
     name, text = new_setting(name, text)
     return name, option_from_text(name, text)
 
 
 def settings_from_text(settings: Iterable[str]) -> dict[str, list[Any]]:
     """Options and their values from texts such as ``quality=0.5,1,2``.
+
+    Parameters
+    ----------
+    settings : iterable of str
+        Each the name of an option, ``=``, and values with commas between them.
 
     Raises
     ------
@@ -103,7 +116,13 @@ def combinations(choices: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def as_text(value: Any) -> str:
-    """The value of an option as a user writes it."""
+    """The value of an option as a user writes it.
+
+    Parameters
+    ----------
+    value : object
+        Of an option.
+    """
     if value is None:
         return "auto"
     if isinstance(value, bool):

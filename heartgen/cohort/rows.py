@@ -68,9 +68,11 @@ def row_of(case: Case, digest: str, report: Report) -> Row:
     Parameters
     ----------
     case : Case
+        The input.
     digest : str
         SHA-256 of what was read.
     report : Report
+        Of its mesh.
 
     Returns
     -------
@@ -97,7 +99,19 @@ def row_of(case: Case, digest: str, report: Report) -> Row:
 
 
 def failed_row(case: Case, digest: str, options: Options, reason: str) -> Row:
-    """The row of a case that ended without a mesh."""
+    """The row of a case that ended without a mesh.
+
+    Parameters
+    ----------
+    case : Case
+        The input.
+    digest : str
+        SHA-256 of what was read; empty if nothing was.
+    options : Options
+        Of the run.
+    reason : str
+        A sentence.
+    """
     return _head(case, digest, asdict(options)) | {
         "status": FAILED + " ".join(writable(reason).split()),
         "success": False,
@@ -107,7 +121,13 @@ def failed_row(case: Case, digest: str, options: Options, reason: str) -> Row:
 
 
 def table_of(rows: Iterable[Row]) -> pd.DataFrame:
-    """A table with every column that any row has, those that are looked for first in front."""
+    """A table with every column that any row has, those that are looked for first in front.
+
+    Parameters
+    ----------
+    rows : iterable of Row
+        As of `row_of`.
+    """
     import pandas as pd
 
     table = pd.DataFrame(list(rows))
@@ -143,7 +163,13 @@ def _head(case: Case, digest: str, options: Mapping[str, Any]) -> Row:
 
 
 def writable(text: str) -> str:
-    """A text that every file takes: bytes of a file name that are no letters, as their numbers."""
+    """A text that every file takes: bytes of a file name that are no letters, as their numbers.
+
+    Parameters
+    ----------
+    text : str
+        Any text.
+    """
     return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 

@@ -20,7 +20,17 @@ Progress = Callable[[int, int, list[Row]], None]
 
 
 def quiet(done: int, total: int, rows: list[Row]) -> None:
-    """Progress that nobody looks at."""
+    """Progress that nobody looks at.
+
+    Parameters
+    ----------
+    done : int
+        Jobs that are done.
+    total : int
+        All jobs.
+    rows : list of Row
+        Of the job that was done last.
+    """
 
 
 def run(
@@ -36,6 +46,7 @@ def run(
     Parameters
     ----------
     jobs : sequence of Job
+        What is to be done.
     out : Path or None
         Folder of all results; None if nothing is to be written.
     workers : Workers or None
@@ -43,6 +54,7 @@ def run(
     redo : bool
         Do again what failed, or was asked for something else.
     progress : callable
+        Called with the number of jobs done, that of all, and the rows of the last one.
 
     Returns
     -------

@@ -37,6 +37,11 @@ INTERVAL, SHARE = 2.0, 0.01
 def opened(out: Path) -> Iterator[None]:
     """Have a folder of results for oneself, without what killed runs left unfinished.
 
+    Parameters
+    ----------
+    out : Path
+        The folder; may be absent.
+
     Raises
     ------
     HeartgenError
@@ -67,6 +72,7 @@ def done_before(jobs: Sequence[Job], redo: bool) -> dict[str, list[Row]]:
     Parameters
     ----------
     jobs : sequence of Job
+        Those to look for.
     redo : bool
         Forget those that failed, and those that were asked for something else.
 
@@ -94,12 +100,26 @@ def done_before(jobs: Sequence[Job], redo: bool) -> dict[str, list[Row]]:
 
 
 def succeeded(row: Row) -> bool:
-    """Whether there is a mesh."""
+    """Whether there is a mesh.
+
+    Parameters
+    ----------
+    row : Row
+        Of a result.
+    """
     return not row["status"].startswith(FAILED)
 
 
 class Tables:
-    """The tables of all results, in the order of the jobs, written anew as results come in."""
+    """The tables of all results, in the order of the jobs, written anew as results come in.
+
+    Parameters
+    ----------
+    out : Path or None
+        Folder of all results; None if nothing is to be written.
+    jobs : sequence of Job
+        In the order of the tables.
+    """
 
     def __init__(self, out: Path | None, jobs: Sequence[Job]) -> None:
         self.out, self.names = out, [job.name for job in jobs]
@@ -107,7 +127,15 @@ class Tables:
         self._next = 0.0
 
     def add(self, name: str, rows: list[Row]) -> None:
-        """Take in the rows of a job."""
+        """Take in the rows of a job.
+
+        Parameters
+        ----------
+        name : str
+            Of the job.
+        rows : list of Row
+            Of the job.
+        """
         self.rows[name] = rows
         if time.monotonic() >= self._next:
             self.write()
@@ -128,6 +156,11 @@ class Tables:
 
 def read_results(out: Path) -> pd.DataFrame:
     """Read the table of a folder of results.
+
+    Parameters
+    ----------
+    out : Path
+        Folder of all results.
 
     Raises
     ------

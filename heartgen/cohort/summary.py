@@ -22,7 +22,13 @@ shape of a heart does not ask for."""
 
 @dataclass(frozen=True)
 class Spread:
-    """Least value, quartiles and largest value of a quantity."""
+    """Least value, quartiles and largest value of a quantity.
+
+    Attributes
+    ----------
+    least, low, median, high, largest : float
+        In the unit of the quantity.
+    """
 
     least: float
     low: float
@@ -38,6 +44,7 @@ class Summary:
     Attributes
     ----------
     name : str
+        Of the group.
     cases, valid, successes, failures : int
         All; with a mesh proven valid; with one that is a success by the paper's rule (section
         3.5); without a mesh.
@@ -59,7 +66,15 @@ class Summary:
 
 
 def by_options(table: pd.DataFrame, varied: Sequence[str]) -> pd.DataFrame:
-    """The table with a group for every combination of the options that had several values."""
+    """The table with a group for every combination of the options that had several values.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Of results.
+    varied : sequence of str
+        Names of options.
+    """
     texts = [name + " " + table[name].map(as_text) for name in varied]
     joined = texts[0] if texts else table["case"].map(lambda _: "all")
     for text in texts[1:]:
@@ -71,6 +86,11 @@ def by_ventricles(table: pd.DataFrame) -> pd.DataFrame:
     """The table with a group for every case: those given, or else the ventricles that were found.
 
     Cases without a mesh count with the others if these are all of one kind.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Of results.
     """
     if (table["group"] != "").any():
         return table
@@ -83,17 +103,35 @@ def by_ventricles(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def summarize(table: pd.DataFrame) -> list[Summary]:
-    """What the groups of a table of results came to, in the order of the table."""
+    """What the groups of a table of results came to, in the order of the table.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Of results, with groups.
+    """
     return [_summary(str(name), part) for name, part in table.groupby("group", sort=False)]
 
 
 def meshed(table: pd.DataFrame) -> pd.Series:
-    """Which cases have a mesh."""
+    """Which cases have a mesh.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Of results.
+    """
     return ~table["status"].str.startswith(FAILED)
 
 
 def reasons(table: pd.DataFrame) -> list[tuple[str, str]]:
-    """Cases without a mesh, and why."""
+    """Cases without a mesh, and why.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Of results.
+    """
     failed = table[~meshed(table)]
     return [
         (str(case), str(status).removeprefix(FAILED))

@@ -53,7 +53,7 @@ def sweep(
     progress : callable
         Called with the number of fits that are done, that of all, and the rows of the last one,
         where all levels count as one fit.
-    **choices
+    **choices : object
         Options: a value, or a list of values, such as ``elements=[(1, 12, 6), (2, 12, 6)]`` or
         ``quality=[0.5, 1.0, 2.0]``.
 

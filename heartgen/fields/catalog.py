@@ -44,6 +44,7 @@ def make_fields(
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     names : iterable of str, optional
         Of `FIELDS`; all if omitted.
     rule : FiberRule, optional
@@ -61,6 +62,19 @@ def make_fields(
         If there is no such field.
     MeshError
         If the direction does not tell where the septum is.
+
+    Examples
+    --------
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> from heartgen.fields import make_fields
+    >>> for field in make_fields(mesh, ["aha", "fibers"]):
+    ...     print(field.name, field.values.shape)
+    aha segment (72, 1)
+    fiber (72, 64, 3)
+    sheet (72, 64, 3)
+    sheet normal (72, 64, 3)
     """
     chosen = check_names(FIELDS if names is None else names)
     if not chosen:
@@ -70,7 +84,13 @@ def make_fields(
 
 
 def check_names(names: Iterable[str]) -> tuple[str, ...]:
-    """Names, each once; `InputError` if there is no such field."""
+    """Names, each once; `InputError` if there is no such field.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Of fields, see `FIELDS`.
+    """
     chosen = tuple(dict.fromkeys(new_word(name.strip()) for name in names))
     for name in chosen:
         if name not in FIELDS:

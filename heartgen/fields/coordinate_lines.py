@@ -27,6 +27,7 @@ def length_share(mesh: HexMesh, axis: int, among: Mask | None = None) -> Array:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     axis : {0, 1, 2}
         Local direction along which lines run, on through the next elements as long as there are.
     among : (e,) bool, optional
@@ -55,7 +56,9 @@ def lines(topology: Topology, axis: int, among: Mask | None = None) -> list[NDAr
     Parameters
     ----------
     topology : Topology
+        Of the mesh.
     axis : {0, 1, 2}
+        The local direction.
     among : (e,) bool, optional
         Elements to which lines keep.
 
@@ -102,7 +105,15 @@ def _corners(topology: Topology, face: int) -> NDArray[np.intp]:
 
 
 def lengths(mesh: HexMesh, axis: int) -> Array:
-    """Length (e, 64), mm, along a local direction from the element's end to each lattice point."""
+    """Length (e, 64), mm, along a local direction from the element's end to each lattice point.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    axis : {0, 1, 2}
+        The local direction.
+    """
     t, weights = gauss(GAUSS)
     third = 1 / (ORDER - 1)
     cross = lattice().reshape(ORDER, ORDER, ORDER, 3).take(0, axis=2 - axis).reshape(-1, 3)

@@ -30,6 +30,7 @@ def longitudinal(mesh: HexMesh) -> Array:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
 
     Returns
     -------
@@ -64,7 +65,9 @@ def circumferential(mesh: HexMesh, axes: HeartAxes) -> Array:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     axes : HeartAxes
+        Say where the septum is.
 
     Returns
     -------

@@ -25,6 +25,7 @@ def fiber_angles(mesh: HexMesh, frames: Array) -> Array:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     frames : (e, 64, 3, 3) float64
         Of `heartgen.fields.fiber_frames`: orthonormal columns at the Lagrange nodes of each
         element.

@@ -52,6 +52,14 @@ class FiberRule:
         Of the fiber out of the sheet of equal depth, towards the epicardium.
     sheet : (float, float)
         Of the sheet direction about the fiber, from the transmural direction.
+
+    Examples
+    --------
+    >>> from heartgen.fields import FiberRule
+    >>> FiberRule().helix
+    (60.0, -60.0)
+    >>> FiberRule(helix=(83, -37), sheet=(-65, 25)).sheet
+    (-65, 25)
     """
 
     helix: Pair = (60.0, -60.0)
@@ -87,6 +95,12 @@ def rule_from_text(text: str) -> FiberRule:
     ------
     InputError
         If it cannot be read.
+
+    Examples
+    --------
+    >>> from heartgen.fields import rule_from_text
+    >>> rule_from_text("helix=83/-37").helix
+    (83.0, -37.0)
     """
     angles: dict[str, Pair] = {}
     for part in text.split(","):
@@ -108,6 +122,7 @@ def fiber_frames(mesh: HexMesh, rule: FiberRule | None = None) -> Array:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     rule : FiberRule, optional
         ``FiberRule()`` if omitted.
 
@@ -116,6 +131,19 @@ def fiber_frames(mesh: HexMesh, rule: FiberRule | None = None) -> Array:
     (e, 64, 3, 3) float64
         Columns: along the fiber, in its sheet across it, normal to the sheet; orthonormal,
         right-handed. Continuous but for the pole, where the circumferential directions meet.
+
+    Examples
+    --------
+    >>> import heartgen
+    >>> import numpy as np
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> from heartgen.fields import fiber_frames
+    >>> frames = fiber_frames(mesh)
+    >>> frames.shape
+    (72, 64, 3, 3)
+    >>> bool(np.allclose(frames.swapaxes(-1, -2) @ frames, np.eye(3)))
+    True
     """
     rule = rule or FiberRule()
     wall = wall_of(mesh)
@@ -123,7 +151,15 @@ def fiber_frames(mesh: HexMesh, rule: FiberRule | None = None) -> Array:
 
 
 def helix_angle(wall: Wall, rule: FiberRule) -> Array:
-    """Helix angle (e, 64), degrees, at the Lagrange nodes of each element."""
+    """Helix angle (e, 64), degrees, at the Lagrange nodes of each element.
+
+    Parameters
+    ----------
+    wall : Wall
+        Depth and directions of the wall.
+    rule : FiberRule
+        Angles on its two sides.
+    """
     left = _linear(rule.helix, wall.depth)
     septal = _linear((rule.helix[0], -rule.right_helix[0]), wall.depth)
     free = _linear(rule.right_helix, wall.depth)

@@ -26,6 +26,7 @@ def wall_frames(mesh: HexMesh) -> Array:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
 
     Returns
     -------
@@ -36,7 +37,15 @@ def wall_frames(mesh: HexMesh) -> Array:
 
 
 def frames_at(mesh: HexMesh, xi: Array) -> Array:
-    """Directions of the wall at local coordinates (q, 3) off the pole, (e, q, 3, 3)."""
+    """Directions of the wall at local coordinates (q, 3) off the pole, (e, q, 3, 3).
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    xi : (q, 3) float64
+        Local coordinates in the unit cube.
+    """
     return _frames(*tangents(mesh, xi))
 
 
@@ -44,12 +53,27 @@ def local_frames(mesh: HexMesh, xi: Array) -> Array:
     """Directions of the local coordinates at (q, 3), (e, q, 3, 3): of xi1, aside of it, normal.
 
     Those of `frames_at`, but for a square patch, in which xi1 does not run around.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    xi : (q, 3) float64
+        Local coordinates in the unit cube.
     """
     return _frames(*_local_tangents(mesh, xi))
 
 
 def averaged(values: Array, mesh: HexMesh) -> Array:
-    """Mean of values (e, 64, ...) wherever lattice points of elements are one, but for the pole."""
+    """Mean of values (e, 64, ...) wherever lattice points of elements are one, but for the pole.
+
+    Parameters
+    ----------
+    values : (e, 64, ...) float64
+        At the lattice points of each element.
+    mesh : HexMesh
+        mm, world (LPS).
+    """
     shared = ~at_pole(mesh)
     number, first = merge_coincident(generic_mesh(mesh.topology).evaluate(lattice())[shared])
     total = np.zeros((len(first), *values.shape[2:]))
@@ -61,7 +85,13 @@ def averaged(values: Array, mesh: HexMesh) -> Array:
 
 
 def at_pole(mesh: HexMesh) -> NDArray[np.bool_]:
-    """Lattice points (e, 64) around which the directions turn: collapsed, or amid a patch."""
+    """Lattice points (e, 64) around which the directions turn: collapsed, or amid a patch.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    """
     out = np.zeros((mesh.n_elements, ORDER**3), dtype=bool)
     faces = mesh.topology.collapsed
     out[faces[:, :1], face_coefficients()[faces[:, 1]]] = True
@@ -72,7 +102,13 @@ def at_pole(mesh: HexMesh) -> NDArray[np.bool_]:
 
 
 def nearest_rotation(matrices: Array) -> Array:
-    """Orthonormal, right-handed matrices (..., 3, 3) that are closest to the given ones."""
+    """Orthonormal, right-handed matrices (..., 3, 3) that are closest to the given ones.
+
+    Parameters
+    ----------
+    matrices : (..., 3, 3) float64
+        Of full rank.
+    """
     u, _, v = np.linalg.svd(matrices)
     u[..., -1] *= np.linalg.det(u @ v)[..., None]
     return np.asarray(u @ v)
@@ -83,6 +119,13 @@ def tangents(mesh: HexMesh, xi: Array) -> tuple[Array, Array]:
 
     They are those of xi1 and xi2, but for a square patch at the apex. On a collapsed face, that
     around is as it is close to it.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    xi : (q, 3) float64
+        Local coordinates in the unit cube.
     """
     one, two = _local_tangents(mesh, xi)
     shares = around_shares(mesh.topology, xi)
@@ -101,7 +144,15 @@ def _local_tangents(mesh: HexMesh, xi: Array) -> tuple[Array, Array]:
 
 
 def around_shares(topology: Topology, xi: Array) -> Array:
-    """Direction around, (e, q, 2), as shares of the tangents of xi1 and xi2."""
+    """Direction around, (e, q, 2), as shares of the tangents of xi1 and xi2.
+
+    Parameters
+    ----------
+    topology : Topology
+        Of the mesh.
+    xi : (q, 3) float64
+        Local coordinates in the unit cube.
+    """
     out = np.zeros((topology.n_elements, len(xi), 2))
     out[..., 0] = 1
     patch = patch_of(topology)

@@ -56,6 +56,16 @@ class Indices:
     septum : {"measured", "given", "assumed"}
         How the direction to the septum, from which segments are counted, is known: from the right
         ventricle, from the user, or not at all.
+
+    Examples
+    --------
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> from heartgen.fields import clinical_indices
+    >>> indices = clinical_indices(mesh)
+    >>> round(indices.long_axis_length), len(indices.wall_thickness)
+    (78, 17)
     """
 
     lv_cavity_volume: float
@@ -78,12 +88,23 @@ def clinical_indices(mesh: HexMesh, septal_direction: Sequence[float] | None = N
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     septal_direction : (3,) float, optional
         Direction from the left ventricle to the septum, world (LPS), see `heart_axes`.
 
     Returns
     -------
     Indices
+
+    Examples
+    --------
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> from heartgen.fields import clinical_indices
+    >>> indices = clinical_indices(mesh)
+    >>> round(indices.lv_cavity_volume), indices.rv_cavity_volume  # ml
+    (86, None)
     """
     axes = heart_axes(mesh, septal_direction)
     left = enclosed_cavity(mesh, "lv_endo") / ML
@@ -108,13 +129,27 @@ def clinical_indices(mesh: HexMesh, septal_direction: Sequence[float] | None = N
 
 
 def element_volumes(mesh: HexMesh) -> Array:
-    """Volume of each element, (e,) mm^3; exact."""
+    """Volume of each element, (e,) mm^3; exact.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    """
     xi, weights = gauss_cube((EXACT,) * 3)
     return np.asarray(determinants(mesh, xi) @ weights)
 
 
 def thickness_by_segment(mesh: HexMesh, axes: HeartAxes) -> dict[int, float]:
-    """Mean wall thickness of each AHA segment over the left endocardium, mm."""
+    """Mean wall thickness of each AHA segment over the left endocardium, mm.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    axes : HeartAxes
+        Of the left ventricle.
+    """
     middle, thickness, area = left_thickness(mesh)
     segment = aha_segment(middle, axes)
     return {
@@ -130,6 +165,7 @@ def left_thickness(mesh: HexMesh) -> tuple[Array, Array, Array]:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
 
     Returns
     -------

@@ -48,7 +48,13 @@ class PatchCoordinates:
     around: int
 
     def square(self, xi: Array) -> Array:
-        """Coordinates a, b, (p, q, 2), of local coordinates (q, 3); the center is left aside."""
+        """Coordinates a, b, (p, q, 2), of local coordinates (q, 3); the center is left aside.
+
+        Parameters
+        ----------
+        xi : (q, 3) float64
+            Local coordinates in the unit cube.
+        """
         inside = 2 * (self.place[:, None] + xi[:, :2]) / self.side - 1
         middle = (2 * self.place[:, None] + 1) / self.side - 1
         center = np.abs(inside).max(-1, keepdims=True) < np.finfo(float).eps
@@ -56,18 +62,36 @@ class PatchCoordinates:
         return np.asarray(np.where(center, inside + ASIDE * (aside - inside), inside))
 
     def radius(self, xi: Array) -> Array:
-        """Distance from the center, (p, q): 0 there to 1 on the border, on smooth rings."""
+        """Distance from the center, (p, q): 0 there to 1 on the border, on smooth rings.
+
+        Parameters
+        ----------
+        xi : (q, 3) float64
+            Local coordinates in the unit cube.
+        """
         a, b = np.moveaxis(self.square(xi), -1, 0)
         return np.asarray(np.sqrt(np.maximum(a * a + b * b - a * a * b * b, 0)))
 
     def column(self, xi: Array) -> Array:
-        """Column coordinate (p, q) of the ring where the ray from the center meets the border."""
+        """Column coordinate (p, q) of the ring where the ray from the center meets the border.
+
+        Parameters
+        ----------
+        xi : (q, 3) float64
+            Local coordinates in the unit cube.
+        """
         return np.mod(
             self.start - perimeter(self.square(xi)) * self.around / PERIMETER, self.around
         )
 
     def directions(self, xi: Array) -> Array:
-        """Direction around along smooth rings, (p, q, 2): shares of the tangents of xi1 and xi2."""
+        """Direction around along smooth rings, (p, q, 2): shares of the tangents of xi1 and xi2.
+
+        Parameters
+        ----------
+        xi : (q, 3) float64
+            Local coordinates in the unit cube.
+        """
         a, b = np.moveaxis(self.square(xi), -1, 0)
         corner = (np.abs(a) == 1) & (np.abs(b) == 1)
         along_1, along_2 = b * np.where(corner, 1, 1 - a * a), a * np.where(corner, 1, 1 - b * b)
@@ -80,6 +104,7 @@ def patch_of(topology: Topology) -> PatchCoordinates | None:
     Parameters
     ----------
     topology : Topology
+        Of the mesh.
 
     Returns
     -------
@@ -100,7 +125,13 @@ def patch_of(topology: Topology) -> PatchCoordinates | None:
 
 
 def perimeter(square: Array) -> Array:
-    """Way along the border of the square to where a ray through (..., 2) meets it, from (1, 0)."""
+    """Way along the border of the square to where a ray through (..., 2) meets it, from (1, 0).
+
+    Parameters
+    ----------
+    square : (..., 2) float64
+        Coordinates a, b in the square from -1 to 1.
+    """
     a, b = np.moveaxis(square / np.abs(square).max(-1, keepdims=True), -1, 0)
     right, top, left = a >= np.abs(b), b >= np.abs(a), -a >= np.abs(b)
     return np.asarray(np.where(right, b, np.where(top, 2 - a, np.where(left, 4 - b, 6 + a))))

@@ -70,6 +70,7 @@ def rims(mesh: HexMesh, faces: NDArray[np.intp]) -> list[Rim]:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     faces : (f, 2) int
         The surface, as (element, face).
 
@@ -89,7 +90,15 @@ def rims(mesh: HexMesh, faces: NDArray[np.intp]) -> list[Rim]:
 
 
 def basal_rim(mesh: HexMesh, surface: str) -> Rim:
-    """Rim of a named surface at the base."""
+    """Rim of a named surface at the base.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    surface : str
+        Its name.
+    """
     basal = {int(element) for element, _ in mesh.topology.surfaces["base"]}
     for rim in rims(mesh, mesh.topology.surfaces[surface]):
         if basal.issuperset(rim.faces[:, 0].tolist()):
@@ -103,6 +112,7 @@ def enclosed_cavity(mesh: HexMesh, surface: str) -> float:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     surface : str
         Name of the endocardium.
 

@@ -55,11 +55,23 @@ def aha_segment(points: Array, axes: HeartAxes) -> NDArray[np.intp]:
     points : (n, 3) float64
         mm, world (LPS).
     axes : HeartAxes
+        Of the left ventricle.
 
     Returns
     -------
     (n,) int
         1 to 17.
+
+    Examples
+    --------
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> from heartgen.fields import SEGMENTS, aha_segment, heart_axes
+    >>> axes = heart_axes(mesh)
+    >>> points = [axes.base + 25 * axes.anterior, axes.apex - 5 * axes.longitudinal]
+    >>> [SEGMENTS[int(aha_segment(point[None], axes)[0])] for point in points]
+    ['basal anterior', 'apex']
     """
     level = axes.level(points)
     from_septum = -np.degrees(axes.angle(points))  # towards the inferior wall
@@ -78,7 +90,9 @@ def segments_of_elements(mesh: HexMesh, axes: HeartAxes) -> NDArray[np.intp]:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     axes : HeartAxes
+        Of the left ventricle.
 
     Returns
     -------

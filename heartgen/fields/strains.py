@@ -37,6 +37,12 @@ class Strains:
     share : float
         Of the wall's volume whose elements correspond. The right ventricle may begin one row of
         elements higher or lower in the other mesh.
+
+    Examples
+    --------
+    >>> from heartgen.fields import Strains
+    >>> Strains(longitudinal=-0.2, circumferential=-0.25, radial=0.4).whole
+    True
     """
 
     longitudinal: float
@@ -70,6 +76,17 @@ def global_strains(before: HexMesh, after: HexMesh) -> Strains:
     ------
     MeshError
         If their elements do not correspond.
+
+    Examples
+    --------
+    >>> import heartgen
+    >>> import numpy as np
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> from heartgen.fields import global_strains
+    >>> strains = global_strains(mesh, mesh.transformed(np.diag([1.0, 1.0, 0.8, 1.0])))
+    >>> strains.longitudinal < strains.circumferential < 0, strains.share
+    (True, 1.0)
     """
     wall, both = _wall(before, after)
     xi, weights = gauss_cube((GAUSS,) * 3)

@@ -57,6 +57,7 @@ def wall_of(mesh: HexMesh) -> Wall:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
 
     Returns
     -------

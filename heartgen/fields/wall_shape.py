@@ -29,6 +29,7 @@ def wall_thickness(mesh: HexMesh) -> Array:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
 
     Returns
     -------
@@ -47,7 +48,17 @@ def wall_thickness(mesh: HexMesh) -> Array:
 
 
 def opposite(mesh: HexMesh, elements: NDArray[np.intp], places: Array) -> Array:
-    """Closest points (n, q, 3) of the wall's other surface to places on endocardial faces."""
+    """Closest points (n, q, 3) of the wall's other surface to places on endocardial faces.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    elements : (n,) int
+        Those of the faces.
+    places : (n, q, 3) float64
+        mm, world (LPS).
+    """
     topology = mesh.topology
     free = np.isin(elements, topology.parts.get("right ventricle", []))
     epi = topology.surfaces["epi"]
@@ -66,6 +77,7 @@ def curvatures(mesh: HexMesh) -> Array:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
 
     Returns
     -------

@@ -43,6 +43,15 @@ AXES = ", 1., 0., 0., 0., 1., 0."
 def write_abaqus(cells: Resampled, path: Path, data: Data) -> Written:
     """Write a resampled mesh as Abaqus input, with fibers and sheets as an orientation.
 
+    Parameters
+    ----------
+    cells : Resampled
+        The resampled mesh, mm, world (LPS).
+    path : Path
+        File to write.
+    data : Data
+        Fields sampled on the cells.
+
     Raises
     ------
     MeshError

@@ -34,8 +34,23 @@ class MeshFile:
     mesh : HexMesh
         mm, world (LPS), as the file is taken to be.
     fields : tuple of MeshField
+        On the mesh.
     notes : tuple of str
         What the file holds that was not read.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> from heartgen.formats import read_mesh_file
+    >>> with TemporaryDirectory() as folder:
+    ...     path = heartgen.write_mesh(mesh, Path(folder) / "mesh.exf").files[0]
+    ...     read = read_mesh_file(path)
+    >>> read.mesh.n_elements, read.fields, read.notes
+    (72, (), ())
     """
 
     mesh: HexMesh
@@ -58,9 +73,19 @@ def assembled(
 
     Parameters
     ----------
+    dofs : (n, 3) float64
+        mm, world (LPS).
+    extraction : (64 e, n) sparse
+        Bernstein coefficients of all elements from the degrees of freedom.
+    nodes : (e, 8) int
+        Corner nodes of each element, xi1 fastest.
+    constant : (n,) float64
+        Degrees of freedom of the function 1.
+    basis : {"hermite", "lagrange"}
+        What the degrees of freedom are.
     index : (e, 3) int or None
         None if the file does not tell: the elements then stand in one row.
-    surfaces, parts, patches
+    surfaces, parts, patches : mapping of str to array of int
         Under our names. External faces that no surface has are made one named `OTHER`.
     """
     if index is None:
@@ -90,7 +115,13 @@ def assembled(
 
 
 def our_name(name: str) -> str:
-    """Our name of a part that a file calls by the field's."""
+    """Our name of a part that a file calls by the field's.
+
+    Parameters
+    ----------
+    name : str
+        As it stands in the file.
+    """
     known = {theirs: ours for of in (SURFACES, PARTS, PATCHES) for ours, theirs in of.items()}
     return known.get(name, FORMER.get(name, name))
 

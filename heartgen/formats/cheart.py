@@ -33,6 +33,15 @@ FACES = {
 def write_cheart(cells: Resampled, path: Path, data: Data) -> Written:
     """Write a resampled mesh as .X, .T and .B; patches count the named surfaces from 1.
 
+    Parameters
+    ----------
+    cells : Resampled
+        The resampled mesh, mm, world (LPS).
+    path : Path
+        Any of the files to write; the others have the same name and their own endings.
+    data : Data
+        Fields sampled on the cells.
+
     Raises
     ------
     MeshError

@@ -31,6 +31,7 @@ def restored(fields: Sequence[MeshField], sampled: Mapping[str, Array]) -> dict[
     Parameters
     ----------
     fields : sequence of MeshField
+        Of the mesh, in any order.
     sampled : mapping of str to (..., k) float64
         Their values at the same places, by name.
 
@@ -55,6 +56,11 @@ def orthonormal(directions: Sequence[Array]) -> list[Array]:
 
     Where there is none, of length zero, there will be none. One that is parallel to those before is
     replaced by any across them.
+
+    Parameters
+    ----------
+    directions : sequence of (..., 3) float64
+        Three at most.
     """
     out: list[Array] = []
     for given in directions:

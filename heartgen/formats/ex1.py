@@ -46,6 +46,7 @@ def write_ex1(
     path : path
         Of either file; the other has the same name and its own ending.
     fields : iterable of MeshField
+        Fields on the mesh.
     groups : mapping of str to (n,) or (n, 2) int, optional
         As for `heartgen.formats.exf.write_exf`.
 
@@ -59,6 +60,18 @@ def write_ex1(
         If a file cannot be written.
     MeshError
         If a field or a group does not fit the mesh, or its name cannot be written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> from heartgen.formats import write_ex1
+    >>> with TemporaryDirectory() as folder:
+    ...     [path.name for path in write_ex1(mesh, Path(folder) / "mesh.exelem").files]
+    ['mesh.exnode', 'mesh.exelem']
     """
     model = ex_model(mesh, fields, groups)
     texts = ((NODES, _node_file(model)), (ELEMENTS, _element_file(model)))

@@ -17,6 +17,7 @@ class NodeComponent:
     places : dict of (str, int) to int
         By label and version, counted from 0.
     size : int
+        How many numbers it has at the node.
     """
 
     places: dict[tuple[str, int], int]
@@ -34,6 +35,7 @@ class ElementComponent:
     Attributes
     ----------
     basis : str
+        As the file names it.
     parameters : list of (list of int, list of Term) or None
         For each parameter the nodes in the element's list that its terms are taken of, and the
         terms that add up to it. None if the component is constant.
@@ -50,12 +52,15 @@ class Head:
     Attributes
     ----------
     dimension : int
+        Of the elements; 0 for nodes.
     fields : dict of str to list
         Components of each field; an empty list if it is of a kind that is not read.
     kinds : dict of str to str
+        Kind of each field: what it is, and its coordinate system.
     scale_factors : dict of str to int
         Number in each set.
     n_nodes : int
+        Nodes of each element.
     """
 
     dimension: int = 0
@@ -67,7 +72,15 @@ class Head:
 
 @dataclass
 class Node:
-    """Numbers of each component of each field at a node, and what they are."""
+    """Numbers of each component of each field at a node, and what they are.
+
+    Attributes
+    ----------
+    values : dict of str to list of list of float
+        By field and component.
+    fields : dict of str to list of NodeComponent
+        Components by field.
+    """
 
     values: dict[str, list[list[float]]] = field(default_factory=dict)
     fields: dict[str, list[NodeComponent]] = field(default_factory=dict)
@@ -80,6 +93,7 @@ class Element:
     Attributes
     ----------
     faces : list of int
+        Numbers of its faces.
     parts : list of (Head, dict of str to list of str)
         Once for each time that the element is named: what holds, and its nodes, values and scale
         factors.
@@ -96,10 +110,13 @@ class ExContent:
     Attributes
     ----------
     nodes : dict of int to Node
+        By number.
     elements : dict of int to Element
+        Three-dimensional ones, by number.
     groups : dict of str to dict of int to list of int
         Members of each group by dimension.
     comments : list of str
+        In the order of the file.
     """
 
     nodes: dict[int, Node] = field(default_factory=dict)

@@ -49,6 +49,7 @@ def write_exf(
     path : path
         Its folder is created if absent.
     fields : iterable of MeshField
+        Fields on the mesh.
     groups : mapping of str to (n,) or (n, 2) int, optional
         More named groups, of elements or of faces (element, face). The surfaces, the apex and the
         myocardium of a left ventricle are always there, under the names scaffoldmaker gives them.
@@ -63,12 +64,31 @@ def write_exf(
         If the file cannot be written.
     MeshError
         If a field or a group names what the mesh does not have, or its name cannot be written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> from heartgen.formats import write_exf
+    >>> with TemporaryDirectory() as folder:
+    ...     path = write_exf(mesh, Path(folder) / "mesh.exf").files[0]
+    ...     path.read_text().splitlines()[0]
+    'EX Version: 3'
     """
     return write_text(exf_text(ex_model(mesh, fields, groups)), path)
 
 
 def exf_text(model: ExModel) -> str:
-    """Content of the file."""
+    """Content of the file.
+
+    Parameters
+    ----------
+    model : ExModel
+        What the file is to say.
+    """
     lines = [
         "EX Version: 3",
         "Region: /",
@@ -85,7 +105,13 @@ def exf_text(model: ExModel) -> str:
 
 
 def structure_comments(index: NDArray[np.intp]) -> Iterator[str]:
-    """Places of elements as comments."""
+    """Places of elements as comments.
+
+    Parameters
+    ----------
+    index : (e, 3) int
+        Place of each element: (radial, circumferential, longitudinal).
+    """
     yield STRUCTURE
     for start in range(0, len(index), PER_LINE):
         places = (" ".join(map(str, place)) for place in index[start : start + PER_LINE])
@@ -158,7 +184,19 @@ def _elements(
 
 
 def field_head(number: int, name: str, kind: str, components: int) -> str:
-    """The line that introduces a field."""
+    """The line that introduces a field.
+
+    Parameters
+    ----------
+    number : int
+        Of the field, from 1.
+    name : str
+        Of the field.
+    kind : str
+        What it is, and its coordinate system.
+    components : int
+        How many.
+    """
     return f"{number}) {name}, {kind}, real, #Components={components}"
 
 

@@ -56,6 +56,7 @@ class ExField:
     name, kind : str
         The kind as the files have it: what the field is, and its coordinate system.
     components : tuple of str
+        Their names.
     values : (m, k) float64
         Parameters of the k components, ordered by node, derivative and version.
     """
@@ -75,6 +76,7 @@ class ExBlock:
     fields : tuple of ExField
         All with the same basis and versions.
     basis : str
+        Of the elements, as the files name it.
     labels : tuple of str
         Of the p parameters of a node.
     first : int
@@ -83,11 +85,11 @@ class ExBlock:
         Versions of each parameter of each node.
     nodes : (e, m) int
         Numbers of the element's nodes, in the order of the basis.
+    version : (e, m, p) int
+        Version of each parameter there, counted from 0.
     backward : bool
         Elements name their nodes in the opposite order. Zinc takes fields of one basis that take
         the same places of an element's list of nodes to have the same nodes.
-    version : (e, m, p) int
-        Version of each parameter there, counted from 0.
     constants : tuple of MeshField
         Fields that are constant in each element.
     """
@@ -138,12 +140,15 @@ class ExModel:
     Attributes
     ----------
     geometry : ExBlock
+        The coordinates, mm, world (LPS).
     fields : ExBlock or None
+        The other fields; None if there are none.
     skeleton : Skeleton
         Faces and lines.
     structure : (e, 3) int
         Place of each element: (radial, circumferential, longitudinal).
     groups : dict of str to Group
+        Parts of the mesh by name.
     """
 
     geometry: ExBlock
@@ -163,7 +168,9 @@ def ex_model(
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     fields : iterable of MeshField
+        Fields on the mesh.
     groups : mapping of str to (n,) or (n, 2) int, optional
         More groups, see `heartgen.formats.groups.named_groups`; a field of AHA segments makes a
         group of each.

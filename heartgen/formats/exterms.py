@@ -44,6 +44,7 @@ class ExTerms:
     corners : (e, 8) int
         Nodes at the corners, xi1 fastest.
     basis : {"hermite", "lagrange"}
+        What the parameters are.
     """
 
     keys: list[Key]
@@ -60,6 +61,7 @@ def terms_of(content: ExContent, numbers: list[int], name: str) -> ExTerms:
     Parameters
     ----------
     content : ExContent
+        All that the file says.
     numbers : list of int
         The elements.
     name : str
@@ -118,7 +120,17 @@ def terms_of(content: ExContent, numbers: list[int], name: str) -> ExTerms:
 def constant_values(
     content: ExContent, numbers: list[int], name: str
 ) -> NDArray[np.float64] | None:
-    """Values (e, k) of a field that is constant in each element; None if it is not."""
+    """Values (e, k) of a field that is constant in each element; None if it is not.
+
+    Parameters
+    ----------
+    content : ExContent
+        All that the file says.
+    numbers : list of int
+        The elements.
+    name : str
+        The field.
+    """
     rows = []
     for number in numbers:
         for head, said in content.elements[number].parts:

@@ -46,6 +46,15 @@ def write_febio(cells: Resampled, path: Path, data: Data) -> Written:
 
     Fiber and sheet directions become the material axes; other fields become element data.
 
+    Parameters
+    ----------
+    cells : Resampled
+        The resampled mesh, mm, world (LPS).
+    path : Path
+        File to write.
+    data : Data
+        Fields sampled on the cells.
+
     Raises
     ------
     MeshError

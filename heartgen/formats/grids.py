@@ -50,6 +50,15 @@ def write_cells_vtu(cells: Resampled, path: Path, data: Data) -> Written:
     Data of the points are fields with one value at each, and, for every named surface, 1 on its
     points; data of the cells are the other fields, the element of the mesh (``element``), the
     region (``part``) and the quality (``scaled_jacobian``). mm, world (LPS).
+
+    Parameters
+    ----------
+    cells : Resampled
+        The resampled mesh, mm, world (LPS).
+    path : Path
+        File to write.
+    data : Data
+        Fields sampled on the cells.
     """
     blocks = [(VTK[block.kind.name], block.nodes) for block in cells.cells]
     return write_grid(path, cells.points, blocks, _of_points(cells, data), _of_cells(cells, data))
@@ -60,6 +69,15 @@ def write_xdmf(cells: Resampled, path: Path, data: Data) -> Written:
 
     Data with a number of components that XDMF has no name for are written component by component.
     mm, world (LPS).
+
+    Parameters
+    ----------
+    cells : Resampled
+        The resampled mesh, mm, world (LPS).
+    path : Path
+        File to write.
+    data : Data
+        Fields sampled on the cells.
     """
     root = ET.Element("Xdmf", {"Version": "3.0"})
     grid = ET.SubElement(ET.SubElement(root, "Domain"), "Grid", {"Name": path.stem})

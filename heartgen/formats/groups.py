@@ -54,6 +54,7 @@ class Group:
     Attributes
     ----------
     elements, faces, lines, nodes : (n,) int
+        Its members of each kind.
     """
 
     elements: NDArray[np.intp]
@@ -73,6 +74,7 @@ def named_groups(
     Parameters
     ----------
     topology : Topology
+        Of the mesh.
     parts : Skeleton
         Of that topology.
     nodes : (e, 8) or (e, 64) int
@@ -110,7 +112,13 @@ def named_groups(
 
 
 def segment_groups(fields: Iterable[MeshField]) -> dict[str, NDArray[np.intp]]:
-    """Elements (n,) of each AHA segment, by a name with its number, if a field tells them."""
+    """Elements (n,) of each AHA segment, by a name with its number, if a field tells them.
+
+    Parameters
+    ----------
+    fields : iterable of MeshField
+        Fields on the mesh.
+    """
     for field in fields:
         if field.name == AHA and field.per_element:
             segment = field.values[:, 0]

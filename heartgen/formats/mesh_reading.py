@@ -41,12 +41,47 @@ def read_mesh(path: str | Path) -> HexMesh:
     ------
     InputError
         If the file cannot be read, or holds other elements.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> with TemporaryDirectory() as folder:
+    ...     path = heartgen.write_mesh(mesh, Path(folder) / "mesh.exf").files[0]
+    ...     again = heartgen.read_mesh(path)
+    >>> again.topology.basis, sorted(again.topology.surfaces)
+    ('hermite', ['base', 'epi', 'lv_endo'])
     """
     return read_mesh_file(path).mesh
 
 
 def read_mesh_file(path: str | Path) -> MeshFile:
-    """Read a mesh and its fields, and tell what was not read; otherwise as `read_mesh`."""
+    """Read a mesh and its fields, and tell what was not read; otherwise as `read_mesh`.
+
+    Parameters
+    ----------
+    path : path
+        Of one of the formats in `READERS`, by its ending.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> from heartgen.fields import make_fields
+    >>> from heartgen.formats import read_mesh_file
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "mesh.vtu"
+    ...     written = heartgen.write_mesh(mesh, path, make_fields(mesh, ["thickness"]))
+    ...     read = read_mesh_file(path)
+    >>> read.mesh.topology.basis, [field.name for field in read.fields]
+    ('lagrange', ['wall thickness'])
+    """
     ending = Path(path).suffix.lower()
     if ending not in READERS:
         raise InputError(
@@ -70,6 +105,7 @@ def convert(
     Parameters
     ----------
     source, target : path
+        File to read, and file to write.
     format : str, optional
         One of `heartgen.formats.FORMATS`; by the ending of `target` if omitted.
     basis : {"hermite", "lagrange"}, optional
@@ -90,6 +126,20 @@ def convert(
     ------
     HeartgenError
         If the mesh cannot be read or written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> from heartgen.formats import convert
+    >>> with TemporaryDirectory() as folder:
+    ...     source = heartgen.write_mesh(mesh, Path(folder) / "mesh.exf").files[0]
+    ...     written = convert(source, Path(folder) / "mesh.vtu")
+    >>> written.files[0].name
+    'mesh.vtu'
     """
     if basis is not None and basis not in BASES:
         raise InputError(f"basis {basis!r} is not known: choose hermite or lagrange")

@@ -26,7 +26,9 @@ def to_meshio(mesh: HexMesh, fields: Iterable[MeshField] = ()) -> meshio.Mesh:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     fields : iterable of MeshField
+        Fields on the mesh.
 
     Returns
     -------
@@ -40,6 +42,15 @@ def to_meshio(mesh: HexMesh, fields: Iterable[MeshField] = ()) -> meshio.Mesh:
         If a field does not fit the mesh.
     HeartgenError
         If meshio is not installed.
+
+    Examples
+    --------
+    >>> import heartgen
+    >>> from heartgen.formats import to_meshio
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> result = heartgen.personalize(mask, optimize=False)
+    >>> to_meshio(result.mesh, result.fields(["thickness"])).cells[0].data.shape
+    (72, 64)
     """
     try:
         import meshio

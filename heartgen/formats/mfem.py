@@ -48,6 +48,7 @@ def write_mfem(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField] = ()
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     path : path
         Its folder is created if absent. Fields are in files named after it and them, ``.gf``.
     fields : iterable of MeshField

@@ -44,6 +44,7 @@ def write_msh(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField] = ())
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     path : path
         Its folder is created if absent.
     fields : iterable of MeshField

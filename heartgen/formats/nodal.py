@@ -43,6 +43,7 @@ def nodal_parameters(mesh: HexMesh) -> NodalParameters:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
 
     Returns
     -------

@@ -25,6 +25,15 @@ def write_opencarp(cells: Resampled, path: Path, data: Data) -> Written:
     For every named surface there are its triangles, .NAME.surf, and its points, .NAME.vtx. Tags of
     the elements count the regions from 1.
 
+    Parameters
+    ----------
+    cells : Resampled
+        The resampled mesh, mm, world (LPS).
+    path : Path
+        Any of the files to write; the others have the same name and their own endings.
+    data : Data
+        Fields sampled on the cells.
+
     Raises
     ------
     MeshError

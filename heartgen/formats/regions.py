@@ -39,7 +39,13 @@ class Tags:
 
 
 def tags(topology: Topology) -> Tags:
-    """Number the regions and surfaces of a mesh."""
+    """Number the regions and surfaces of a mesh.
+
+    Parameters
+    ----------
+    topology : Topology
+        Of the mesh.
+    """
     region = np.zeros(topology.n_elements, dtype=np.intp)
     names = list(topology.parts)
     for number, part in enumerate(topology.parts.values(), start=1):

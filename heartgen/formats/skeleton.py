@@ -50,6 +50,7 @@ def skeleton(topology: Topology) -> Skeleton:
     Parameters
     ----------
     topology : Topology
+        Of the mesh.
 
     Returns
     -------

@@ -36,7 +36,15 @@ GLTF_FROM_WORLD = (0.001, 0, 0, 0, 0, 0, -0.001, 0, 0, 0.001, 0, 0, 0, 0, 0, 1)
 
 
 def write_stl(cells: Resampled, path: Path) -> Written:
-    """Write all surfaces as an ASCII STL file, a named solid for each."""
+    """Write all surfaces as an ASCII STL file, a named solid for each.
+
+    Parameters
+    ----------
+    cells : Resampled
+        The resampled mesh, mm, world (LPS).
+    path : Path
+        File to write.
+    """
     lines: list[str] = []
     for name, triangles in _triangles(cells).items():
         corners = cells.points[triangles]
@@ -52,7 +60,15 @@ def write_stl(cells: Resampled, path: Path) -> Written:
 
 
 def write_ply(cells: Resampled, path: Path) -> Written:
-    """Write all surfaces as one ASCII PLY mesh; each face has the number of its surface."""
+    """Write all surfaces as one ASCII PLY mesh; each face has the number of its surface.
+
+    Parameters
+    ----------
+    cells : Resampled
+        The resampled mesh, mm, world (LPS).
+    path : Path
+        File to write.
+    """
     surfaces = _triangles(cells)
     number, points = _compact(cells.points, surfaces)
     faces = [
@@ -78,7 +94,15 @@ def write_ply(cells: Resampled, path: Path) -> Written:
 
 
 def write_obj(cells: Resampled, path: Path) -> Written:
-    """Write all surfaces as a Wavefront OBJ file of shared vertices, a group for each."""
+    """Write all surfaces as a Wavefront OBJ file of shared vertices, a group for each.
+
+    Parameters
+    ----------
+    cells : Resampled
+        The resampled mesh, mm, world (LPS).
+    path : Path
+        File to write.
+    """
     surfaces = _triangles(cells)
     number, points = _compact(cells.points, surfaces)
     lines = ["# Coordinates in mm, world (LPS)", *(f"v {row}" for row in rows(points))]
@@ -88,7 +112,15 @@ def write_obj(cells: Resampled, path: Path) -> Written:
 
 
 def write_glb(cells: Resampled, path: Path) -> Written:
-    """Write all surfaces as a binary glTF 2.0 file, a named and colored node for each."""
+    """Write all surfaces as a binary glTF 2.0 file, a named and colored node for each.
+
+    Parameters
+    ----------
+    cells : Resampled
+        The resampled mesh, mm, world (LPS).
+    path : Path
+        File to write.
+    """
     surfaces = _triangles(cells)
     content: dict[str, Any] = {
         "asset": {"version": "2.0", "generator": "heartgen"},

@@ -54,6 +54,14 @@ class Format:
         False if it has no place for fields; the writer is then given none.
     exact : bool
         The file holds the very same geometry.
+
+    Examples
+    --------
+    >>> from heartgen.formats import FORMATS
+    >>> print(FORMATS["vtu"])
+    VTK, cubic cells: ParaView, PyVista (.vtu), exact
+    >>> FORMATS["stl"].exact, FORMATS["stl"].fields
+    (False, False)
     """
 
     name: str
@@ -141,6 +149,7 @@ def write_mesh(
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     path : path
         Its folder is created if absent.
     fields : iterable of MeshField
@@ -164,6 +173,21 @@ def write_mesh(
         If the format cannot hold the mesh, or a field is not one of this mesh.
     HeartgenError
         If the file cannot be written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> with TemporaryDirectory() as folder:
+    ...     written = heartgen.write_mesh(mesh, Path(folder) / "mesh.vtu")
+    ...     tetrahedra = heartgen.write_mesh(mesh, Path(folder) / "mesh.xdmf")
+    >>> written.files[0].name, written.notes
+    ('mesh.vtu', ())
+    >>> tetrahedra.notes[0].split(":")[0]
+    'resampled to 13536 tet4'
     """
     chosen = format_of(path, format, simple=cells is not None)
     fields = fitting(fields, mesh.n_elements)
@@ -180,7 +204,21 @@ def write_mesh(
 
 
 def file_name(stem: str, name: str) -> str:
-    """File name for a format, by which `write_mesh` needs no other word if it is the usual one."""
+    """File name for a format, by which `write_mesh` needs no other word if it is the usual one.
+
+    Parameters
+    ----------
+    stem : str
+        The name without its ending.
+    name : str
+        One of `FORMATS`.
+
+    Examples
+    --------
+    >>> from heartgen.formats import file_name
+    >>> file_name("mesh", "vtu"), file_name("mesh", "vtu-cells")
+    ('mesh.vtu', 'mesh-vtu-cells.vtu')
+    """
     ending = _named(name).ending
     usual = next(each for each in FORMATS.values() if each.ending == ending)
     return f"{stem}{ending}" if usual.name == name else f"{stem}-{name}{ending}"
@@ -190,6 +228,15 @@ def format_of(path: str | Path, name: str | None = None, simple: bool = False) -
     """Format by its name, or by the ending of a file name; `InputError` if there is none.
 
     With `simple`, only formats of linear or quadratic cells will do.
+
+    Parameters
+    ----------
+    path : path
+        Name of the file.
+    name : str, optional
+        One of `FORMATS`; by the ending of the file if omitted.
+    simple : bool
+        Whether only formats of linear or quadratic cells will do.
     """
     candidates = list(FORMATS.values()) if name is None else [_named(name)]
     if simple:
@@ -214,6 +261,17 @@ def resampling_for(
     """What to resample to for a file, if anything was asked for; `InputError` if that cannot be.
 
     Cells or pieces that are not given are the usual ones of the format.
+
+    Parameters
+    ----------
+    path : path
+        Name of the file.
+    name : str or None
+        One of `FORMATS`; None to go by the ending of the file.
+    cells : str or None
+        Kind of cells; None for the usual ones.
+    pieces : (int, int, int) or None
+        Of an element (radial, circumferential, longitudinal); None for the usual ones.
     """
     chosen = format_of(path, name, simple=cells is not None or pieces is not None)
     if not isinstance(chosen.write, CellFormat) or (cells is None and pieces is None):
@@ -222,7 +280,23 @@ def resampling_for(
 
 
 def cells_of(name: str, kind: str | None) -> Resampling | None:
-    """Cells of a kind, if one is given, where a format by its name leaves the choice; else None."""
+    """Cells of a kind, if one is given, where a format by its name leaves the choice; else None.
+
+    Parameters
+    ----------
+    name : str
+        One of `FORMATS`.
+    kind : str or None
+        Such as ``"tet4"``; None for the usual cells.
+
+    Examples
+    --------
+    >>> from heartgen.formats import cells_of
+    >>> cells_of("xdmf", "tet10").kind
+    'tet10'
+    >>> cells_of("vtu", "tet10") is None  # it holds the cubic elements themselves
+    True
+    """
     chosen = _named(name).write
     if kind is None or not isinstance(chosen, CellFormat) or chosen.only_surfaces:
         return None
@@ -230,7 +304,19 @@ def cells_of(name: str, kind: str | None) -> Resampling | None:
 
 
 def fields_held(name: str) -> Literal["all", "directions", "none"]:
-    """For which fields a format by its name has a place; directions are fibers and sheets."""
+    """For which fields a format by its name has a place; directions are fibers and sheets.
+
+    Parameters
+    ----------
+    name : str
+        One of `FORMATS`.
+
+    Examples
+    --------
+    >>> from heartgen.formats import fields_held
+    >>> fields_held("vtu"), fields_held("inp"), fields_held("stl")
+    ('all', 'directions', 'none')
+    """
     chosen = _named(name)
     if not chosen.fields:
         return "none"

@@ -37,8 +37,12 @@ class GridFile:
     version : (int, int)
         Of the file format.
     points : (p, 3) float64
+        As they stand in the file.
     connectivity, offsets, types : (n,) int
+        Points of the cells one after the other, where each cell ends, and VTK's numbers of the
+        kinds of cells.
     point_data, cell_data : dict of str to (n,) or (n, k) array
+        Values by name.
     """
 
     version: tuple[int, int]
@@ -56,6 +60,7 @@ def read_grid(path: str | Path) -> GridFile:
     Parameters
     ----------
     path : path
+        File to read.
 
     Returns
     -------

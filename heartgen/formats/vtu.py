@@ -44,6 +44,7 @@ def write_vtu(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField] = ())
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     path : path
         Its folder is created if absent.
     fields : iterable of MeshField
@@ -61,6 +62,20 @@ def write_vtu(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField] = ())
         If the file cannot be written.
     MeshError
         If a field does not fit the mesh.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> from heartgen.fields import make_fields
+    >>> from heartgen.formats import write_vtu
+    >>> with TemporaryDirectory() as folder:
+    ...     written = write_vtu(mesh, Path(folder) / "mesh.vtu", make_fields(mesh, ["fibers"]))
+    >>> written.files[0].name
+    'mesh.vtu'
     """
     grid = lagrange_grid(mesh, fields)
     cells = [(LAGRANGE_HEXAHEDRON, grid.cells)]
@@ -72,6 +87,15 @@ def write_bezier_vtu(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField
 
     Points and their data are Bernstein coefficients: between corners the surface does not pass
     through them.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    path : path
+        File to write; its folder is created if absent.
+    fields : iterable of MeshField
+        Fields on the mesh.
     """
     fields = fitting(fields, mesh.n_elements)
     to_bernstein = cube(lagrange_to_bernstein())
@@ -90,7 +114,17 @@ def write_bezier_vtu(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField
 
 
 def write_legacy_vtk(mesh: HexMesh, path: str | Path, fields: Iterable[MeshField] = ()) -> Written:
-    """Write a mesh as a legacy VTK file, version 5.1; parameters as for `write_vtu`."""
+    """Write a mesh as a legacy VTK file, version 5.1; parameters as for `write_vtu`.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    path : path
+        File to write; its folder is created if absent.
+    fields : iterable of MeshField
+        Fields on the mesh.
+    """
     grid = lagrange_grid(mesh, fields)
     n, size = grid.cells.shape
     lines = [
@@ -124,7 +158,9 @@ class PointGrid:
     points : (m, 3) float64
         mm, world (LPS).
     cells : (e, 64) int
+        Points of each cell.
     point_data, cell_data : dict of str to (m, ...) or (e, ...)
+        By name.
     """
 
     points: NDArray[np.float64]
@@ -135,6 +171,13 @@ class PointGrid:
 
 def lagrange_grid(mesh: HexMesh, fields: Iterable[MeshField] = ()) -> PointGrid:
     """Points, cells and data of a mesh as `write_vtu` writes them.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    fields : iterable of MeshField
+        Fields on the mesh.
 
     Raises
     ------

@@ -50,6 +50,7 @@ def read_vtu(path: str | Path) -> MeshFile:
     Parameters
     ----------
     path : path
+        File to read.
 
     Returns
     -------

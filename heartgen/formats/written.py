@@ -18,8 +18,21 @@ class Written:
     Attributes
     ----------
     files : tuple of Path
+        In the order in which they were written.
     notes : tuple of str
         What the user should know, such as the error of a format that cannot hold the mesh exactly.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> with TemporaryDirectory() as folder:
+    ...     written = heartgen.write_mesh(mesh, Path(folder) / "mesh.exelem")
+    >>> [path.name for path in written.files], written.notes
+    (['mesh.exnode', 'mesh.exelem'], ())
     """
 
     files: tuple[Path, ...]
@@ -45,6 +58,16 @@ def write_text(text: str, path: str | Path) -> Written:
     ------
     HeartgenError
         If the file cannot be written; an earlier one is then untouched.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from heartgen.formats import write_text
+    >>> with TemporaryDirectory() as folder:
+    ...     path = write_text("one case", Path(folder) / "notes" / "read me.txt").files[0]
+    ...     path.read_text()
+    'one case'
     """
     return write_texts({Path(path): text})
 
@@ -76,6 +99,11 @@ def write_texts(texts: Mapping[Path, str]) -> Written:
 
 def read_text(path: str | Path) -> str:
     """Content of a text file, in UTF-8.
+
+    Parameters
+    ----------
+    path : path
+        File to read.
 
     Raises
     ------

@@ -6,7 +6,7 @@ is loaded for one that was not given.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from heartgen.errors import InputError, UnreadableFileError
 from heartgen.images.mask import Mask
-from heartgen.images.reading import mask_from_array, read_mask
+from heartgen.images.reading import mask_from_array, read_heart, read_mask
+from heartgen.images.sources import taking_of
 
 MaskLike: TypeAlias = Any
 """A `Mask`; a path; an array, with an affine or a spacing beside it; an image of nibabel or
@@ -95,6 +96,17 @@ def accept_all(
 ) -> list[Mask]:
     """Take one mask, or a mask and further views of the same heart; otherwise as `accept`.
 
+    Parameters
+    ----------
+    images : as of `accept`, or iterable of them
+        Further ones are views, which need not show the whole of the heart.
+    affine, spacing : array-like, optional
+        Of one array.
+
+    Returns
+    -------
+    list of Mask
+
     Raises
     ------
     InputError
@@ -107,6 +119,31 @@ def accept_all(
         raise InputError("there is no image of the heart: give a mask, and further views of it")
     _refuse_place(affine, spacing)
     return [accept(image, view=number > 0) for number, image in enumerate(each)]
+
+
+def read_again(source: Mapping[str, Any], folder: Path) -> Mask:
+    """Read a mask from where it was read before.
+
+    Parameters
+    ----------
+    source : mapping of str to value
+        As `Mask.source` has it.
+    folder : Path
+        Where a file of that name is looked for if there is none at its path.
+
+    Returns
+    -------
+    Mask
+
+    Raises
+    ------
+    InputError
+        As of `read_mask`.
+    """
+    said = dict(source)
+    path, view = Path(said.pop("path")), bool(said.pop("view", False))
+    place = path if path.exists() else folder / path.name
+    return read_heart(place, taking_of(said), view=view)
 
 
 def _is_one(images: Any) -> bool:

@@ -79,7 +79,13 @@ def report(name: str, findings: Iterable[Finding | None]) -> tuple[Finding, ...]
 
 
 def check_dimensions(shape: tuple[int, ...]) -> Finding | None:
-    """Three axes of the world; the fourth and further ones are frames."""
+    """Three axes of the world; the fourth and further ones are frames.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Of the array, frames last.
+    """
     sizes = " x ".join(map(str, shape))
     if _channels_first(shape):
         entries = "a single entry" if shape[0] == 1 else f"{shape[0]} entries"
@@ -104,7 +110,13 @@ def _channels_first(shape: tuple[int, ...]) -> bool:
 
 
 def check_frames(shape: tuple[int, ...]) -> Finding | None:
-    """A single frame."""
+    """A single frame.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Of the array, frames last.
+    """
     frames = int(np.prod(shape[3:], dtype=np.float64))
     if frames == 1:
         return None
@@ -117,7 +129,13 @@ def check_frames(shape: tuple[int, ...]) -> Finding | None:
 
 
 def check_size(shape: tuple[int, ...]) -> Finding | None:
-    """Not more voxels than can be worked on, nor fewer than one."""
+    """Not more voxels than can be worked on, nor fewer than one.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Voxels along each axis.
+    """
     if any(n < 1 for n in shape):
         return _fatal(
             "size",
@@ -136,7 +154,13 @@ def check_size(shape: tuple[int, ...]) -> Finding | None:
 
 
 def check_data_type(dtype: np.dtype[Any]) -> Finding | None:
-    """One real number per voxel."""
+    """One real number per voxel.
+
+    Parameters
+    ----------
+    dtype : numpy.dtype
+        Of the voxel values.
+    """
     if dtype.kind in "buif":
         return None
     kind = {"c": "complex numbers", "V": "colors or vectors"}.get(dtype.kind, f"type {dtype}")
@@ -147,7 +171,13 @@ def check_data_type(dtype: np.dtype[Any]) -> Finding | None:
 
 
 def check_finite(values: NDArray[Any]) -> Finding | None:
-    """No NaN and no infinity."""
+    """No NaN and no infinity.
+
+    Parameters
+    ----------
+    values : array of a real type
+        Voxel values.
+    """
     bad = 0 if values.dtype.kind != "f" else int(values.size - np.isfinite(values).sum())
     if bad == 0:
         return None
@@ -155,7 +185,13 @@ def check_finite(values: NDArray[Any]) -> Finding | None:
 
 
 def check_affine(affine: NDArray[np.float64]) -> Finding | None:
-    """A finite, invertible map of plausible voxel sizes, and no shear. Mirrors are welcome."""
+    """A finite, invertible map of plausible voxel sizes, and no shear. Mirrors are welcome.
+
+    Parameters
+    ----------
+    affine : (4, 4) float64
+        Voxel index to world, mm, LPS.
+    """
     if affine.shape != (4, 4) or not np.array_equal(affine[3], [0, 0, 0, 1]):
         return _fatal("affine", "The affine must be a 4 x 4 matrix with last row 0 0 0 1.")
     if not (np.abs(affine) < FARTHEST).all():
@@ -184,7 +220,13 @@ def check_affine(affine: NDArray[np.float64]) -> Finding | None:
 
 
 def check_empty(voxels: NDArray[np.bool_]) -> Finding | None:
-    """Something in the mask."""
+    """Something in the mask.
+
+    Parameters
+    ----------
+    voxels : (nx, ny, nz) bool
+        The mask.
+    """
     if voxels.any():
         return None
     return _fatal(
@@ -193,7 +235,13 @@ def check_empty(voxels: NDArray[np.bool_]) -> Finding | None:
 
 
 def check_background(voxels: NDArray[np.bool_]) -> Finding | None:
-    """Background around the heart: not everywhere set, not inside out."""
+    """Background around the heart: not everywhere set, not inside out.
+
+    Parameters
+    ----------
+    voxels : (nx, ny, nz) bool
+        The mask.
+    """
     if voxels.all():
         return _fatal(
             "background",
@@ -211,7 +259,13 @@ def check_background(voxels: NDArray[np.bool_]) -> Finding | None:
 
 
 def check_extent(voxels: NDArray[np.bool_]) -> Finding | None:
-    """Enough voxels, and enough of them along each axis, to be a heart."""
+    """Enough voxels, and enough of them along each axis, to be a heart.
+
+    Parameters
+    ----------
+    voxels : (nx, ny, nz) bool
+        The mask, not empty.
+    """
     n = int(voxels.sum())
     if 0 < n < MIN_VOXELS:
         return _fatal(
@@ -231,7 +285,15 @@ def check_extent(voxels: NDArray[np.bool_]) -> Finding | None:
 
 
 def check_scale(voxels: NDArray[np.bool_], affine: NDArray[np.float64]) -> Finding | None:
-    """A length that hearts have; another one is meshed all the same."""
+    """A length that hearts have; another one is meshed all the same.
+
+    Parameters
+    ----------
+    voxels : (nx, ny, nz) bool
+        The mask, not empty.
+    affine : (4, 4) float64
+        Voxel index to world, mm, LPS.
+    """
     ends = np.array([np.flatnonzero(planes_along(voxels, axis))[[0, -1]] for axis in range(3)])
     extent = (ends[:, 1] - ends[:, 0] + 1) * np.linalg.norm(affine[:3, :3], axis=0)
     length = float(extent.max())
@@ -249,7 +311,13 @@ def check_scale(voxels: NDArray[np.bool_], affine: NDArray[np.float64]) -> Findi
 
 
 def describe_sizes(spacing: NDArray[np.float64]) -> str:
-    """Voxel size as text."""
+    """Voxel size as text.
+
+    Parameters
+    ----------
+    spacing : (n,) float64
+        Voxel size along each axis, mm.
+    """
     return " x ".join(f"{s:.4g}" for s in spacing)
 
 

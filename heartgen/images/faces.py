@@ -60,7 +60,15 @@ def base_direction(
 
 
 def box_around(voxels: NDArray[np.bool_], margin: NDArray[np.int64]) -> tuple[slice, ...]:
-    """Slices of the box around a shape that is not empty, `margin` voxels wider where it can be."""
+    """Slices of the box around a shape that is not empty, `margin` voxels wider where it can be.
+
+    Parameters
+    ----------
+    voxels : (nx, ny, nz) bool
+        The shape.
+    margin : (3,) int
+        Voxels to add along each axis, on both sides.
+    """
     box = ndi.find_objects(voxels.view(np.uint8))[0]
     return tuple(
         slice(max(side.start - m, 0), side.stop + m) for side, m in zip(box, margin, strict=True)

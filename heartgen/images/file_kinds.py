@@ -155,14 +155,28 @@ def identify(path: Path) -> str:
 
 
 def stem(path: Path) -> str:
-    """Name of a file without the ending of an image."""
+    """Name of a file without the ending of an image.
+
+    Parameters
+    ----------
+    path : Path
+        A file of any format that is read.
+    """
     endings = sorted(ENDINGS, key=len, reverse=True)
     ending = next((e for e in endings if path.name.lower().endswith(e)), "")
     return path.name[: len(path.name) - len(ending)] or path.name
 
 
 def refuse(name: str, sentence: str) -> NoReturn:
-    """Stop reading, with one sentence; what libraries say in it may come on several lines."""
+    """Stop reading, with one sentence; what libraries say in it may come on several lines.
+
+    Parameters
+    ----------
+    name : str
+        Of the file, to begin the message with.
+    sentence : str
+        What is wrong, and what to do.
+    """
     raise InputError(f"{name}: {' '.join(sentence.split())}")
 
 

@@ -22,7 +22,13 @@ SAME_GRID = 1e-3
 
 
 def structure_files(folder: Path) -> list[Path]:
-    """Images in a folder, by name; none if it has DICOM files and no names of a heart's parts."""
+    """Images in a folder, by name; none if it has DICOM files and no names of a heart's parts.
+
+    Parameters
+    ----------
+    folder : Path
+        Where to look.
+    """
     endings = tuple(ending for ending in ENDINGS if ending not in PAIRED)
     entries = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
     images = [path for path in entries if path.name.lower().endswith(endings) and path.is_file()]
@@ -31,7 +37,13 @@ def structure_files(folder: Path) -> list[Path]:
 
 
 def is_one_heart(folder: Path) -> bool:
-    """Whether the images in a folder are the parts of one heart, by their names."""
+    """Whether the images in a folder are the parts of one heart, by their names.
+
+    Parameters
+    ----------
+    folder : Path
+        With images.
+    """
     scheme = _scheme(structure_files(folder))
     return scheme is not None and max(len(scheme.lv_myocardium), len(scheme.lv_pool)) == 1
 

@@ -125,7 +125,13 @@ def check_file_size(declared: Declared, name: str) -> None:
 
 
 def nrrd_header(path: Path) -> Declared:
-    """Read what the header of a .nrrd or .nhdr file declares; `InputError` if it is damaged."""
+    """Read what the header of a .nrrd or .nhdr file declares; `InputError` if it is damaged.
+
+    Parameters
+    ----------
+    path : Path
+        The header's file.
+    """
     head = _head(path)
     blank = re.search(rb"\r?\n\r?\n", head)
     fields = _fields(head[: blank.start()] if blank else head, b":", path.name)
@@ -150,7 +156,13 @@ def nrrd_header(path: Path) -> Declared:
 
 
 def meta_header(path: Path) -> Declared:
-    """Read what the header of a .mha or .mhd file declares; `InputError` if it is damaged."""
+    """Read what the header of a .mha or .mhd file declares; `InputError` if it is damaged.
+
+    Parameters
+    ----------
+    path : Path
+        The header's file.
+    """
     head = _head(path)
     last = re.search(rb"^[ \t]*ElementDataFile[ \t]*[=:].*\n?", head, re.MULTILINE)
     if last is None:

@@ -20,6 +20,7 @@ class Isosurface:
     points : (n, 3) float64
         Vertices, mm, world (LPS).
     triangles : (t, 3) int
+        Vertices of each triangle, counted from 0.
     weights : (n,) float64
         Area that each vertex stands for, mm^2.
     normals : (n, 3) float64
@@ -32,7 +33,13 @@ class Isosurface:
     normals: NDArray[np.float64]
 
     def part(self, keep: NDArray[np.bool_]) -> Isosurface:
-        """The vertices (n,) to keep, with the triangles that have all three of theirs."""
+        """The vertices (n,) to keep, with the triangles that have all three of theirs.
+
+        Parameters
+        ----------
+        keep : (n,) bool
+            Which vertices.
+        """
         number = np.cumsum(keep) - 1
         triangles = number[self.triangles[keep[self.triangles].all(1)]]
         return Isosurface(self.points[keep], triangles, self.weights[keep], self.normals[keep])

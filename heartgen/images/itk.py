@@ -94,7 +94,17 @@ def read_itk(path: Path, form: str) -> Volume | Structures:
 def placed(image: Any) -> tuple[NDArray[Any], NDArray[np.float64]]:
     """Voxels of an image of SimpleITK, index order (i, j, k), and its affine to our world, LPS.
 
-    Numbers of one voxel come first. The world is the one that the first three axes lead to.
+    Parameters
+    ----------
+    image : SimpleITK.Image
+        Of three axes, or of more, of which the first three lead to the world.
+
+    Returns
+    -------
+    values : (nx, ny, nz) of any type
+        With further axes behind; numbers of one voxel, if there are several, come first.
+    affine : (4, 4) float64
+        Voxel index to world coordinates, in the unit of the image, LPS.
     """
     n = image.GetDimension()
     affine = np.eye(4)

@@ -85,7 +85,15 @@ def whole_numbers(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def find_labels(label: Label, names: Mapping[int, str]) -> tuple[list[int], list[str]]:
-    """Numbers of the labels asked for, and what was asked for that has none."""
+    """Numbers of the labels asked for, and what was asked for that has none.
+
+    Parameters
+    ----------
+    label : int, str or sequence of them
+        What is asked for, by number or by name.
+    names : mapping of int to str
+        Names of the label values, if any are known.
+    """
     asked = list(label) if isinstance(label, Iterable) and not isinstance(label, str) else [label]
     by_name = {name.strip().lower(): number for number, name in names.items()}
     numbers, unknown = [], []
@@ -101,13 +109,29 @@ def find_labels(label: Label, names: Mapping[int, str]) -> tuple[list[int], list
 
 
 def describe_label(number: float, names: Mapping[int, str]) -> str:
-    """A label value and, in quotes, its name if it has one."""
+    """A label value and, in quotes, its name if it has one.
+
+    Parameters
+    ----------
+    number : float
+        The label's value.
+    names : mapping of int to str
+        Names of the label values, if any are known.
+    """
     name = names.get(int(number)) if float(number).is_integer() else None
     return f"{number:g}" if name is None else f"{number:g} {name!r}"
 
 
 def describe_present(values: NDArray[Any], names: Mapping[int, str]) -> str:
-    """Labels of an image and how many voxels each has; of very many, the commonest."""
+    """Labels of an image and how many voxels each has; of very many, the commonest.
+
+    Parameters
+    ----------
+    values : (nx, ny, nz) of a real type
+        Labels; 0 is the background.
+    names : mapping of int to str
+        Names of the label values, if any are known.
+    """
     labels, counts = np.unique(values[values != 0], return_counts=True)
     shown = np.sort(np.argsort(-counts, kind="stable")[:LISTED])
     listed = [f"{describe_label(labels[i], names)} ({counts[i]} voxels)" for i in shown.tolist()]
@@ -117,7 +141,13 @@ def describe_present(values: NDArray[Any], names: Mapping[int, str]) -> str:
 
 
 def not_labels(values: NDArray[Any]) -> Finding | None:
-    """Whole numbers, and not too many different ones: labels, not gray values."""
+    """Whole numbers, and not too many different ones: labels, not gray values.
+
+    Parameters
+    ----------
+    values : (nx, ny, nz) of a real type
+        Voxel values, finite.
+    """
     distinct = np.unique(values)
     whole = values.dtype.kind != "f" or bool((distinct == np.round(distinct)).all())
     if len(distinct) <= MAX_LABELS and whole:

@@ -114,6 +114,7 @@ def signed_distances(
     Parameters
     ----------
     shapes : sequence of (nx, ny, nz) bool
+        The shapes, as for `signed_distance`.
     affine : (4, 4) float64
         Voxel index to world, mm, LPS.
 
@@ -172,7 +173,13 @@ def _propagated(
 
 
 def smooth_indicator(inside: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Lightly smoothed indicator of a voxel shape, in [0, 1]; its half-level is the surface."""
+    """Lightly smoothed indicator of a voxel shape, in [0, 1]; its half-level is the surface.
+
+    Parameters
+    ----------
+    inside : array of bool
+        The shape, in two or three dimensions.
+    """
     return np.asarray(ndi.gaussian_filter(inside.astype(float), SMOOTHING, mode="constant"))
 
 

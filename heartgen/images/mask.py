@@ -62,6 +62,15 @@ class Mask:
     source : mapping of str to value, or None
         Where it was read: ``path``, and what else `heartgen.read_mask` or `heartgen.read_labels`
         was given; None for an array. Masks compare by identity: compare `voxels` and `affine`.
+
+    Examples
+    --------
+    >>> import heartgen
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mask.voxels.shape, round(mask.voxel_diagonal, 2)
+    ((24, 24, 31), 6.93)
+    >>> mask.to_world(mask.to_index(mask.affine[None, :3, 3])).round(3).tolist()
+    [[-46.0, -46.0, -86.0]]
     """
 
     voxels: NDArray[np.bool_]
@@ -136,16 +145,36 @@ class Mask:
         return as_html(repr(self))
 
     def to_world(self, index: NDArray[np.float64]) -> NDArray[np.float64]:
-        """World coordinates (n, 3), mm, LPS, of voxel indices (n, 3)."""
+        """World coordinates (n, 3), mm, LPS, of voxel indices (n, 3).
+
+        Parameters
+        ----------
+        index : (n, 3) float64
+            Voxel indices, which may be fractional.
+        """
         return np.asarray(index @ self.affine[:3, :3].T + self.affine[:3, 3])
 
     def to_index(self, world: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Voxel indices (n, 3), fractional, of world coordinates (n, 3), mm, LPS."""
+        """Voxel indices (n, 3), fractional, of world coordinates (n, 3), mm, LPS.
+
+        Parameters
+        ----------
+        world : (n, 3) float64
+            Points, mm, world (LPS).
+        """
         return np.asarray(np.linalg.solve(self.affine[:3, :3], (world - self.affine[:3, 3]).T).T)
 
 
 def planes_along(voxels: NDArray[np.bool_], axis: int) -> NDArray[np.bool_]:
-    """Which planes across an index axis of (nx, ny, nz) voxels carry any, (n,) bool."""
+    """Which planes across an index axis of (nx, ny, nz) voxels carry any, (n,) bool.
+
+    Parameters
+    ----------
+    voxels : (nx, ny, nz) bool
+        A shape.
+    axis : {0, 1, 2}
+        The index axis.
+    """
     return np.asarray(voxels.any(axis=tuple(a for a in range(3) if a != axis)))
 
 

@@ -85,7 +85,19 @@ def check_transforms(
     spacing: NDArray[np.float64],
     shape: tuple[int, ...],
 ) -> Finding | None:
-    """Sform, qform and voxel size of a NIfTI header must describe one heart."""
+    """Sform, qform and voxel size of a NIfTI header must describe one heart.
+
+    Parameters
+    ----------
+    sform : (4, 4) float64 or None
+        Voxel index to world, mm, RAS.
+    qform : (4, 4) float64 or None
+        The same by the quaternion.
+    spacing : (3,) float64
+        Voxel size by the header, mm.
+    shape : tuple of int
+        Of the array.
+    """
     if sform is None or not np.isfinite(sform).all():
         return None
     size = np.linalg.norm(sform[:3, :3], axis=0)

@@ -42,7 +42,13 @@ def open_image(path: Path) -> Volume | Structures:
 
 
 def name_of(path: Path) -> str:
-    """Name for reports, also of the folder one is in."""
+    """Name for reports, also of the folder one is in.
+
+    Parameters
+    ----------
+    path : Path
+        A file or a folder.
+    """
     try:
         return path.resolve().name if path.is_dir() else path.name
     except (OSError, ValueError):  # a path that cannot be; who opens it says so
@@ -51,7 +57,13 @@ def name_of(path: Path) -> str:
 
 @contextmanager
 def enough_memory(path: Path) -> Iterator[None]:
-    """Say so if an image is too large for this machine."""
+    """Say so if an image is too large for this machine.
+
+    Parameters
+    ----------
+    path : Path
+        Of the image, for the message.
+    """
     try:
         yield
     except MemoryError:

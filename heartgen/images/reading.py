@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, fields, replace
+from collections.abc import Iterable
+from dataclasses import replace
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,7 +33,8 @@ from heartgen.images.labels import myocardium, whole_numbers
 from heartgen.images.mask import LEFT_BLOOD, WALL, Finding, Mask
 from heartgen.images.opening import enough_memory, name_of, open_image
 from heartgen.images.repairs import fill_lost_planes, keep_largest, pad_border
-from heartgen.images.schemes import Labeling, Scheme
+from heartgen.images.schemes import Labeling
+from heartgen.images.sources import source_of
 from heartgen.images.structures import Structures
 from heartgen.images.taking import Select, Taking, take
 from heartgen.images.ventricles import RV_WALL, VentricleChoice, check_choices
@@ -80,6 +81,19 @@ def read_mask(
     ------
     InputError
         If no heart can be meshed from the file; the message names every reason that was found.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import heartgen
+    >>> from heartgen.images.writing import write_mask
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "heart.nii.gz"
+    ...     write_mask(heartgen.samples.ideal_cup(4.0).mask, path)
+    ...     mask = heartgen.read_mask(path)
+    >>> mask.name, mask.voxels.shape
+    ('heart.nii.gz', (24, 24, 31))
     """
     return read_heart(path, Taking(label=label, frame=frame), view=view)
 
@@ -112,7 +126,9 @@ def read_labels(
         Which to take: all that are labeled, the left, both.
     rv_wall : float
         Thickness of the right ventricular wall if it has to be built, mm.
-    view, frame
+    view : bool
+        As of `read_mask`.
+    frame : int or str, optional
         As of `read_mask`.
 
     Returns
@@ -124,6 +140,21 @@ def read_labels(
     ------
     InputError
         As of `read_mask`; or if labels or the scheme are not as they have to be.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import heartgen
+    >>> import numpy as np
+    >>> from heartgen.images.writing import write_image
+    >>> cup = heartgen.samples.ideal_cup(4.0).mask
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "labels.nii.gz"
+    ...     write_image(2 * cup.voxels.astype(np.uint8), cup.affine, path)
+    ...     mask = heartgen.read_labels(path, {"lv_myocardium": 2})
+    >>> bool(mask.voxels.sum() == cup.voxels.sum())
+    True
     """
     taking = Taking(scheme=scheme, ventricles=ventricles, rv_wall=rv_wall, frame=frame)
     return read_heart(path, taking, view=view)
@@ -157,36 +188,7 @@ def read_heart(path: str | PathLike[str], taking: Taking, *, view: bool = False)
     with enough_memory(file):
         volume, select = take(open_image(file), taking, name)
         mask = _checked(volume, name, select, view)
-    return replace(mask, source=_source(file, taking, view))
-
-
-def read_again(source: Mapping[str, Any], folder: Path) -> Mask:
-    """Read a mask from where it was read before.
-
-    Parameters
-    ----------
-    source : mapping of str to value
-        As `Mask.source` has it.
-    folder : Path
-        Where a file of that name is looked for if there is none at its path.
-
-    Returns
-    -------
-    Mask
-
-    Raises
-    ------
-    InputError
-        As of `read_mask`.
-    """
-    said = dict(source)
-    path, view = Path(said.pop("path")), bool(said.pop("view", False))
-    if isinstance(said.get("scheme"), dict) and "name" in said["scheme"]:
-        scheme: dict[str, Any] = {
-            k: tuple(v) if isinstance(v, list) else v for k, v in said["scheme"].items()
-        }
-        said["scheme"] = Scheme(**scheme)
-    return read_heart(path if path.exists() else folder / path.name, Taking(**said), view=view)
+    return replace(mask, source=source_of(file, taking, view))
 
 
 def mask_from_array(
@@ -221,6 +223,16 @@ def mask_from_array(
     ------
     InputError
         As of `read_mask`.
+
+    Examples
+    --------
+    >>> import heartgen
+    >>> import numpy as np
+    >>> voxels = heartgen.samples.ideal_cup(4.0).mask.voxels
+    >>> affine = np.diag([-4.0, -4.0, 4.0, 1.0])  # as nibabel gives it
+    >>> mask = heartgen.mask_from_array(voxels, affine, frame="RAS")
+    >>> mask.spacing.tolist(), np.diag(mask.affine).tolist()
+    ([4.0, 4.0, 4.0], [4.0, 4.0, 4.0, 1.0])
     """
     world = _matrix(affine, name)
     if frame not in ("LPS", "RAS"):
@@ -309,29 +321,15 @@ def _matrix(affine: ArrayLike, name: str) -> NDArray[np.float64]:
 
 
 def log_findings(findings: Iterable[Finding], name: str) -> None:
-    """Log what was found: serious findings as warnings."""
+    """Log what was found: serious findings as warnings.
+
+    Parameters
+    ----------
+    findings : iterable of Finding
+        What was found.
+    name : str
+        Of the mask.
+    """
     for finding in findings:
         level = logging.WARNING if finding.serious else logging.INFO
         logger.log(level, "%s: %s", name, finding.message)
-
-
-def _source(file: Path, taking: Taking, view: bool) -> Mapping[str, Any]:
-    """Where a mask was read, and how: values that JSON holds."""
-    said = {"path": str(file.absolute())} | ({"view": True} if view else {})
-    for each in fields(Taking):
-        if (plain := _plain(getattr(taking, each.name))) != each.default:
-            said[each.name] = plain
-    return said
-
-
-def _plain(value: Any) -> Any:
-    """A value as JSON holds it."""
-    if isinstance(value, Scheme):
-        return _plain(asdict(value))
-    if isinstance(value, Mapping):
-        return {str(key): _plain(each) for key, each in value.items()}
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, str | int | float | None):
-        return value
-    return [_plain(each) for each in value] if isinstance(value, Iterable) else str(value)

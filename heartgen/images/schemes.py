@@ -164,7 +164,13 @@ def scheme_from_text(text: str) -> Labeling:
 
 
 def label_from_text(text: str) -> int | str:
-    """Read a label: by its number if it is one, else by its name."""
+    """Read a label: by its number if it is one, else by its name.
+
+    Parameters
+    ----------
+    text : str
+        A number or a name.
+    """
     return int(text) if re.fullmatch(r"\s*-?\d+\s*", text) else text.strip()
 
 

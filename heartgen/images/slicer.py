@@ -24,7 +24,19 @@ TERMS = 2
 
 @dataclass(frozen=True)
 class Segment:
-    """A segment as the header declares it: its value in one of the layers."""
+    """A segment as the header declares it: its value in one of the layers.
+
+    Attributes
+    ----------
+    name : str
+        As the user called it.
+    value : int
+        Its value in the layer.
+    layer : int
+        Number of the layer, from 0.
+    coded : Coded
+        Its codes.
+    """
 
     name: str
     value: int
@@ -33,7 +45,13 @@ class Segment:
 
 
 def segments_of(metadata: Mapping[str, str]) -> list[Segment]:
-    """Segments that the header of a .seg.nrrd file declares, in their order."""
+    """Segments that the header of a .seg.nrrd file declares, in their order.
+
+    Parameters
+    ----------
+    metadata : mapping of str to str
+        Fields of the header by their keys.
+    """
     found = {}
     for number in sorted({int(match[1]) for key in metadata if (match := KEY.match(key))}):
         entries = {name: metadata.get(f"Segment{number}_{name}") for name in ENTRIES}
@@ -54,6 +72,7 @@ def layered(
     Parameters
     ----------
     segments : sequence of Segment
+        As the header declares them.
     layers : (nx, ny, nz, n) of a real type
         Label maps.
     affine : (4, 4) float64

@@ -48,18 +48,36 @@ class Stack:
         return self.affine[:3, 2]
 
     def to_world(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
-        """World coordinates (n, 3), mm, LPS, of pixel indices and heights (n, 3)."""
+        """World coordinates (n, 3), mm, LPS, of pixel indices and heights (n, 3).
+
+        Parameters
+        ----------
+        places : (n, 3) float64
+            Pixel indices along i and j, which may be fractional, and heights, mm.
+        """
         return np.asarray(places @ self.affine[:3, :3].T + self.affine[:3, 3])
 
     def padded(self, pixels: int) -> Stack:
-        """Return the same slices with more empty pixels around the heart."""
+        """Return the same slices with more empty pixels around the heart.
+
+        Parameters
+        ----------
+        pixels : int
+            How many to add on each side.
+        """
         affine = self.affine.copy()
         affine[:3, 3] -= affine[:3, :2] @ (pixels, pixels)
         blood = None if self.blood is None else with_border(self.blood, pixels)
         return replace(self, pixels=with_border(self.pixels, pixels), affine=affine, blood=blood)
 
     def part(self, chosen: NDArray[np.bool_]) -> Stack:
-        """Return some of the slices, (n,) bool."""
+        """Return some of the slices, (n,) bool.
+
+        Parameters
+        ----------
+        chosen : (n,) bool
+            Which slices.
+        """
         blood = None if self.blood is None else self.blood[chosen]
         return replace(self, pixels=self.pixels[chosen], heights=self.heights[chosen], blood=blood)
 
@@ -81,6 +99,7 @@ def stack_of(mask: Mask) -> Stack | None:
     Parameters
     ----------
     mask : Mask
+        The myocardium, in the world (LPS).
 
     Returns
     -------
@@ -95,6 +114,7 @@ def slices_of(mask: Mask) -> Stack:
     Parameters
     ----------
     mask : Mask
+        The myocardium, in the world (LPS).
 
     Returns
     -------
@@ -128,5 +148,13 @@ def _slices(mask: Mask, axis: int) -> Stack:
 
 
 def with_border(pixels: NDArray[Pixel], border: int) -> NDArray[Pixel]:
-    """Slices (n, nx, ny) with empty pixels around them."""
+    """Slices (n, nx, ny) with empty pixels around them.
+
+    Parameters
+    ----------
+    pixels : (n, nx, ny) array
+        The slices.
+    border : int
+        Pixels to add on each side.
+    """
     return np.pad(pixels, [(0, 0), (border, border), (border, border)])

@@ -74,6 +74,7 @@ def choose(structures: Structures, label: Label | None) -> list[int]:
     Parameters
     ----------
     structures : Structures
+        What the file holds.
     label : int, str, sequence of them, or None
         Numbers or names; None if there is only one structure.
 
@@ -112,6 +113,7 @@ def united(structures: Structures, numbers: Sequence[int], frame: int) -> Volume
     Parameters
     ----------
     structures : Structures
+        What the file holds.
     numbers : sequence of int
         Those to unite.
     frame : int
@@ -132,6 +134,7 @@ def joined(structures: Structures, scheme: Scheme | None, frame: int) -> Volume:
     Parameters
     ----------
     structures : Structures
+        What the file holds.
     scheme : Scheme or None
         What they are; where two overlap, it decides. None if that is not known.
     frame : int

@@ -63,6 +63,7 @@ def take(held: Volume | Structures, taking: Taking, name: str) -> tuple[Volume, 
     held : Volume or Structures
         What the file holds.
     taking : Taking
+        What to take of it.
     name : str
         Name of the file, for messages.
 

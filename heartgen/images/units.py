@@ -54,18 +54,38 @@ def nrrd_unit(fields: Mapping[str, str], name: str) -> float:
 
 
 def meta_unit(fields: Mapping[str, str], name: str) -> float:
-    """Length in mm of the ``DistanceUnits`` of a MetaImage; parameters as of `nrrd_unit`."""
+    """Length in mm of the ``DistanceUnits`` of a MetaImage; parameters as of `nrrd_unit`.
+
+    Parameters
+    ----------
+    fields : mapping of str to str
+        Fields of the header, their names in lower case.
+    name : str
+        Name of the image.
+    """
     return _common([fields.get("distanceunits", "")], name)
 
 
 def nrrd_is_spaced(fields: Mapping[str, str]) -> bool:
-    """Whether the header of an NRRD image says how large the voxels are along three axes."""
+    """Whether the header of an NRRD image says how large the voxels are along three axes.
+
+    Parameters
+    ----------
+    fields : mapping of str to str
+        Fields of the header, their names in lower case.
+    """
     directions = re.findall(r"\([^()]*\)", fields.get("space directions", ""))
     return len(directions) >= AXES or _finite(fields.get("spacings", "")) >= AXES
 
 
 def meta_is_spaced(fields: Mapping[str, str]) -> bool:
-    """Whether the header of a MetaImage says how large the voxels are along three axes."""
+    """Whether the header of a MetaImage says how large the voxels are along three axes.
+
+    Parameters
+    ----------
+    fields : mapping of str to str
+        Fields of the header, their names in lower case.
+    """
     return any(_finite(fields.get(key, "")) >= AXES for key in ("elementspacing", "elementsize"))
 
 

@@ -28,7 +28,17 @@ RV_WALLS = (0.05, 30.0)
 
 
 def check_choices(ventricles: str, rv_wall: float, name: str) -> None:
-    """Refuse a choice of ventricles that there is not, or a wall that no heart has."""
+    """Refuse a choice of ventricles that there is not, or a wall that no heart has.
+
+    Parameters
+    ----------
+    ventricles : str
+        What was asked for: "auto", "lv" or "biv".
+    rv_wall : float
+        Thickness of the right ventricular wall, mm.
+    name : str
+        Name of the image, for messages.
+    """
     if ventricles not in get_args(VentricleChoice):
         refuse(name, f"The ventricles {ventricles!r} are unknown: give 'auto', 'lv' or 'biv'.")
     if not RV_WALLS[0] <= rv_wall <= RV_WALLS[1]:

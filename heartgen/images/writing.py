@@ -19,12 +19,26 @@ ENDINGS = (".nii", ".nii.gz", ".nrrd", ".mha")
 
 
 def write_mask(mask: Mask, path: str | Path) -> None:
-    """Write a mask as an image of 0 and 1; otherwise as `write_image`."""
+    """Write a mask as an image of 0 and 1; otherwise as `write_image`.
+
+    Parameters
+    ----------
+    mask : Mask
+        The myocardium, in the world (LPS).
+    path : path
+        Ends in one of `ENDINGS`.
+    """
     write_image(mask.voxels.astype(np.uint8), mask.affine, path)
 
 
 def check_image_name(path: Path) -> None:
-    """Refuse a name that no image can have."""
+    """Refuse a name that no image can have.
+
+    Parameters
+    ----------
+    path : Path
+        Where the image is to be written.
+    """
     if not path.name.lower().endswith(ENDINGS):
         raise InputError(
             f"{path}: An image cannot be written in this format: end the name in "
@@ -38,6 +52,7 @@ def write_image(values: NDArray[np.generic], affine: NDArray[np.float64], path: 
     Parameters
     ----------
     values : (nx, ny, nz) uint8 or float32
+        Voxel values.
     affine : (4, 4) float64
         Voxel index to world coordinates, mm, LPS; no shear.
     path : path

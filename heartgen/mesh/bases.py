@@ -35,6 +35,13 @@ DENSE = 9
 def to_lagrange(mesh: HexMesh, order: int = DEGREE) -> HexMesh:
     """See `HexMesh.to_lagrange`.
 
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    order : {1, 2, 3}
+        Of the elements.
+
     Raises
     ------
     MeshError
@@ -59,7 +66,13 @@ def to_lagrange(mesh: HexMesh, order: int = DEGREE) -> HexMesh:
 
 
 def to_hermite(mesh: HexMesh) -> HexMesh:
-    """See `HexMesh.to_hermite`."""
+    """See `HexMesh.to_hermite`.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    """
     if mesh.topology.basis == "hermite":
         return mesh
     if mesh.topology.hermite is not None:
@@ -70,7 +83,15 @@ def to_hermite(mesh: HexMesh) -> HexMesh:
 
 
 def deviation(mesh: HexMesh, other: HexMesh) -> float:
-    """Largest distance between the same material points of two meshes of the same elements, mm."""
+    """Largest distance between the same material points of two meshes of the same elements, mm.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    other : HexMesh
+        Of the same elements; mm, world (LPS).
+    """
     xi = lattice(DENSE)
     return float(np.linalg.norm(mesh.evaluate(xi) - other.evaluate(xi), axis=-1).max())
 
@@ -82,7 +103,13 @@ def corner_parameters() -> NDArray[np.float64]:
 
 
 def cube_by_ends(line: NDArray[np.float64]) -> NDArray[np.float64]:
-    """`cube` of a matrix (end, derivative, m): (corner, derivative, m^3)."""
+    """`cube` of a matrix (end, derivative, m): (corner, derivative, m^3).
+
+    Parameters
+    ----------
+    line : (2, 2, m) float64
+        By end and derivative, for one direction.
+    """
     return np.asarray(np.kron(line, np.kron(line, line)))
 
 
@@ -94,7 +121,9 @@ def lagrange_extraction(number: NDArray[np.intp], n: int, order: int = DEGREE) -
     number : (e m,) int
         Which of n values each element has at each of the m points of its lattice.
     n : int
+        Number of values.
     order : int
+        Of the elements; the lattice has order + 1 points per direction.
 
     Returns
     -------

@@ -97,7 +97,13 @@ def tabulate(
 
 
 def lattice(n: int = ORDER) -> NDArray[np.float64]:
-    """Evenly spaced points of the unit cube, (n^3, 3) float64, xi1 fastest, ends included."""
+    """Evenly spaced points of the unit cube, (n^3, 3) float64, xi1 fastest, ends included.
+
+    Parameters
+    ----------
+    n : int
+        Points per direction.
+    """
     t = np.linspace(0, 1, n)
     k, j, i = np.meshgrid(t, t, t, indexing="ij")
     return np.stack([i.ravel(), j.ravel(), k.ravel()], -1)
@@ -121,7 +127,13 @@ def lagrange_to_bernstein(order: int = DEGREE) -> NDArray[np.float64]:
 
 
 def cube(line: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Matrix for all three directions of an element, xi1 fastest, from that of one."""
+    """Matrix for all three directions of an element, xi1 fastest, from that of one.
+
+    Parameters
+    ----------
+    line : (a, b) float64
+        Matrix for one direction.
+    """
     return np.kron(line, np.kron(line, line))
 
 

@@ -74,6 +74,7 @@ def biventricular_topology(
     shape : (int, int, int)
         Elements (radial, circumferential, longitudinal).
     opening : RvAttachment
+        Where the right ventricle is attached.
     grading : Grading
         Of the depth in the straightened wall of the left ventricle.
     angles : Angles, optional
@@ -136,7 +137,15 @@ def biventricular_topology(
 
 
 def patch_corner(opening: RvAttachment, around: int) -> int:
-    """Column of a corner of a square patch, one of whose sides lies below the opening."""
+    """Column of a corner of a square patch, one of whose sides lies below the opening.
+
+    Parameters
+    ----------
+    opening : RvAttachment
+        Where the right ventricle is attached.
+    around : int
+        Elements around.
+    """
     return (2 * opening.columns - around // 2) // 4 % around
 
 
@@ -146,6 +155,7 @@ def right_apex(topology: Topology) -> NDArray[np.intp]:
     Parameters
     ----------
     topology : Topology
+        Of one ventricle or both.
 
     Returns
     -------

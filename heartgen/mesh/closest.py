@@ -58,6 +58,7 @@ def closest_points(
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     faces : (f, 2) int
         (element, face).
     queries : (n, 3) float64

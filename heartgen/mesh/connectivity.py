@@ -24,13 +24,24 @@ def generic_mesh(topology: Topology) -> HexMesh:
     """Mesh of a topology with random degrees of freedom, always the same ones, of size 1.
 
     If elements do not meet under random ones, the degrees of freedom are those under which they do.
+
+    Parameters
+    ----------
+    topology : Topology
+        Of the mesh.
     """
     generic_dofs = topology.generic_dofs
     return HexMesh(random_dofs(topology) if generic_dofs is None else generic_dofs, topology)
 
 
 def random_dofs(topology: Topology) -> NDArray[np.float64]:
-    """Random degrees of freedom (n, 3) of size 1, always the same ones."""
+    """Random degrees of freedom (n, 3) of size 1, always the same ones.
+
+    Parameters
+    ----------
+    topology : Topology
+        Says how many there are.
+    """
     return np.random.default_rng(0).standard_normal((topology.extraction.shape[1], 3))
 
 

@@ -32,6 +32,10 @@ class DofMap:
 
     Attributes
     ----------
+    topology : Topology
+        With a straightening, unless `bent`.
+    bent : bool
+        Whether the wall may bend, so that all degrees of freedom are free.
     free : (n,) int
         Which degrees of freedom of the topology are free.
     straight : (m, n) sparse
@@ -75,6 +79,7 @@ class DofMap:
         Parameters
         ----------
         xi : (q, 3) float64
+            Local coordinates in the unit cube.
         derivative : (int, int, int)
             Order along xi1, xi2, xi3.
 
@@ -120,6 +125,10 @@ class FaceDofMap:
 
     Attributes
     ----------
+    dof_map : DofMap
+        Free degrees of freedom of the same topology.
+    topology : Topology
+        Whose named faces are taken.
     faces : (f, 2) int
         All named faces, (element, face).
     rows : dict of str to slice
@@ -147,11 +156,23 @@ class FaceDofMap:
         self.extraction = space.reshape(len(local), 3 * FACE_COEFFICIENTS, -1)
 
     def control(self, mesh: HexMesh) -> NDArray[np.float64]:
-        """Bernstein coefficients of the faces, (f, 16, 3) float64, mm, world (LPS)."""
+        """Bernstein coefficients of the faces, (f, 16, 3) float64, mm, world (LPS).
+
+        Parameters
+        ----------
+        mesh : HexMesh
+            mm, world (LPS).
+        """
         return face_control(mesh, self.faces)
 
     def at(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Bernstein coefficients (f, 16, 3) of the faces from free degrees of freedom (n, 3)."""
+        """Bernstein coefficients (f, 16, 3) of the faces from free degrees of freedom (n, 3).
+
+        Parameters
+        ----------
+        q : (n, 3) float64
+            Free degrees of freedom, mm, world (LPS).
+        """
         local = np.concatenate([q, np.zeros((1, 3))])[self.dofs].reshape(len(self.dofs), -1, 1)
         control = np.matmul(self.extraction, local)
         return np.asarray(control.reshape(-1, FACE_COEFFICIENTS, 3))

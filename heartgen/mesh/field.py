@@ -27,6 +27,16 @@ class MeshField:
         k components: at the 4 x 4 x 4 Lagrange nodes of each element, xi1 fastest, as
         `HexMesh.lagrange_points` has positions, between which they are cubic; or one value per
         element, for which (e,) may be given as well. The field may jump between elements.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from heartgen.mesh import MeshField
+    >>> stiffness = MeshField("stiffness", np.full(72, 10.0))  # kPa, one value an element
+    >>> stiffness.per_element, stiffness.components
+    (True, 1)
+    >>> MeshField("pressure", np.zeros((72, 64, 1))).evaluate(np.full((5, 3), 0.5)).shape
+    (72, 5, 1)
     """
 
     name: str
@@ -82,8 +92,11 @@ class MeshField:
     def evaluate(self, *where: Any) -> NDArray[np.float64]:
         """Values at the same local coordinates of every element, or at points.
 
-        ``evaluate(xi)``, (q, 3), gives (e, q, k) float64; ``evaluate(elements, xi)`` gives (n, k),
-        as `HexMesh.evaluate` does.
+        Parameters
+        ----------
+        *where : arrays
+            ``evaluate(xi)``, (q, 3) float64, gives (e, q, k) float64; ``evaluate(elements, xi)``,
+            (n,) int and (n, 3) float64, gives (n, k), as `HexMesh.evaluate` does.
         """
         if len(where) == 1:
             (xi,) = where
@@ -102,6 +115,7 @@ def fitting(fields: Iterable[MeshField], n_elements: int) -> tuple[MeshField, ..
     Parameters
     ----------
     fields : iterable of MeshField
+        Those to look at.
     n_elements : int
         Of the mesh.
 

@@ -27,7 +27,9 @@ def one_to_one(tree, piece, touch):  # type: ignore[no-untyped-def]
     Parameters
     ----------
     tree : tuple of arrays
+        Of pieces, see `heartgen.mesh.subdivisions`.
     piece : int
+        Number of the piece.
     touch : float
         Distance below which points are the same, mm.
 
@@ -57,6 +59,7 @@ def meet_properly(tree, p, q, touch):  # type: ignore[no-untyped-def]
     Parameters
     ----------
     tree : tuple of arrays
+        Of pieces, see `heartgen.mesh.subdivisions`.
     p, q : int
         Two pieces.
     touch : float

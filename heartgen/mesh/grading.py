@@ -62,7 +62,15 @@ def depth(
 def depth_by_row(
     xi: NDArray[np.float64], ends: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Relative depth (n, m), and its slope, at transmural coordinates (n,) and gradings (m, 2)."""
+    """Relative depth (n, m), and its slope, at transmural coordinates (n,) and gradings (m, 2).
+
+    Parameters
+    ----------
+    xi : (n,) float64
+        Transmural coordinate, 0 endocardium to 1 epicardium.
+    ends : (m, 2) float64
+        Slopes at endo- and epicardium; (1, 1) is linear.
+    """
     hermite = np.stack([0 * ends[:, 0], ends[:, 0], 1 + 0 * ends[:, 0], ends[:, 1]])
     coefficients = HERMITE_TO_BERNSTEIN @ hermite
     return bernstein(xi) @ coefficients, bernstein_derivative(xi) @ coefficients
@@ -76,6 +84,7 @@ def blending_weights(
     Parameters
     ----------
     chart : SurfaceChart
+        Of the surfaces on both sides of the wall.
     dofs : (m,) int
         Degrees of freedom of the chart, all of a node's or none.
     xi : (n,) float64

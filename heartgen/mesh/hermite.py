@@ -42,6 +42,7 @@ def cup_topology(
     grading : Grading
         Of the depth once the wall is straightened.
     apex : {"collapsed", "hole", "patch"}
+        How the cup closes: in a pole, not at all, or in a square patch.
 
     Returns
     -------
@@ -90,6 +91,7 @@ def chart_of(
     Parameters
     ----------
     apex : {"collapsed", "hole", "patch"}
+        In a pole, a hole or a square patch.
     around, along : int
         Faces.
     angles : Angles, optional
@@ -107,18 +109,44 @@ def chart_of(
 
 
 def structure(layers: int, chart: SurfaceChart) -> NDArray[np.intp]:
-    """Place (e, 3) of elements: (radial, circumferential, longitudinal)."""
+    """Place (e, 3) of elements: (radial, circumferential, longitudinal).
+
+    Parameters
+    ----------
+    layers : int
+        Elements across the wall.
+    chart : SurfaceChart
+        Of the surface.
+    """
     layer = np.arange(layers).repeat(chart.n_faces)
     return np.column_stack([layer, np.tile(chart.index, (layers, 1))])
 
 
 def faces_of(elements: NDArray[np.intp], face: int) -> NDArray[np.intp]:
-    """One face of each element, (f, 2): (element, face)."""
+    """One face of each element, (f, 2): (element, face).
+
+    Parameters
+    ----------
+    elements : array of int
+        Which elements.
+    face : int
+        Number of the face, 0 to 5.
+    """
     return np.stack([elements.ravel(), np.full(elements.size, face)], -1)
 
 
 def ends(element: NDArray[np.intp], chart: SurfaceChart, along: int) -> dict[str, NDArray[np.intp]]:
-    """Surfaces across the wall, of the elements (layers, faces of the chart)."""
+    """Surfaces across the wall, of the elements (layers, faces of the chart).
+
+    Parameters
+    ----------
+    element : (layers, f) int
+        Numbers of the elements, by layer and face of the chart.
+    chart : SurfaceChart
+        Of the surface.
+    along : int
+        Rows of elements.
+    """
     out = {"base": faces_of(element[:, chart.index[:, 1] == along - 1], 3)}
     if len(chart.rim):
         out[RIM] = faces_of(element[:, chart.rim], 2)
@@ -126,7 +154,13 @@ def ends(element: NDArray[np.intp], chart: SurfaceChart, along: int) -> dict[str
 
 
 def line_extraction(radial: int) -> NDArray[np.float64]:
-    """(radial, 4, 2 (radial + 1)): Bernstein coefficients across each layer of elements."""
+    """(radial, 4, 2 (radial + 1)): Bernstein coefficients across each layer of elements.
+
+    Parameters
+    ----------
+    radial : int
+        Elements across the wall.
+    """
     out = np.zeros((radial, 4, 2 * (radial + 1)))
     for r in range(radial):
         out[r, :, 2 * r : 2 * r + 4] = HERMITE_TO_BERNSTEIN
@@ -141,6 +175,7 @@ def tensor_extraction(line: NDArray[np.float64], surface: sp.csr_array) -> sp.cs
     line : (layers, 4, 2 (layers + 1)) float64
         Bernstein coefficients across each layer of elements.
     surface : (16 faces, dofs) sparse
+        Bernstein coefficients of the faces from a surface's degrees of freedom.
 
     Returns
     -------

@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, overload
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from heartgen.mesh.bernstein import lattice, subdivision, tabulate
-from heartgen.mesh.numbering import corner_nodes
+from heartgen.mesh.bernstein import lattice, tabulate
+from heartgen.mesh.refinement import refine
 from heartgen.mesh.topology import COEFFICIENTS, Topology
 from heartgen.shown import as_html, counted, in_lines
 
@@ -53,19 +52,22 @@ class HexMesh:
 
     Examples
     --------
-    >>> import numpy as np
     >>> import heartgen
-    >>> from heartgen import samples
-    >>> cup = samples.ideal_cup(spacing=3.0).mask
-    >>> mesh = heartgen.personalize(cup, optimize=False).mesh
+    >>> import numpy as np
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
     >>> mesh  # doctest: +ELLIPSIS
     HexMesh: 72 elements (1 radial x 12 circumferential x 6 longitudinal), cubic hermite
-      ...
+      1164 degrees of freedom a direction, extent ... mm
       surfaces lv_endo, epi, base
-    >>> middle = np.full((1, 3), 0.5)
-    >>> elements, xi = mesh.locate(mesh.evaluate(middle)[5])
-    >>> elements.tolist(), np.allclose(xi, middle)
-    ([5], True)
+    >>> middle = mesh.evaluate(np.full((1, 3), 0.5))  # of each element
+    >>> elements, xi = mesh.locate(middle[5])
+    >>> elements.tolist(), xi.round(6).tolist()
+    ([5], [[0.5, 0.5, 0.5]])
+    >>> np.allclose(mesh.evaluate(elements, xi), middle[5])
+    True
+    >>> mesh.refined(radial=2).n_elements
+    144
     """
 
     dofs: NDArray[np.float64]
@@ -115,10 +117,10 @@ class HexMesh:
 
         Parameters
         ----------
-        elements : (n,) int, optional
-            Element of each point, such as `locate` gives; -1 for none.
-        xi : (q, 3) or (n, 3) float64
-            Local coordinates in [0, 1]: the same for every element, or those of each point.
+        *where : arrays
+            ``xi``, (q, 3) float64: local coordinates in [0, 1], the same for every element. Or
+            ``elements``, (n,) int, of each point, such as `locate` gives, -1 for none; and ``xi``,
+            (n, 3) float64, of each point.
 
         Returns
         -------
@@ -180,6 +182,7 @@ class HexMesh:
         path : path
             Its ending tells the format unless that is given.
         fields : iterable of MeshField
+            Fields on the mesh.
         format : str, optional
             One of `heartgen.formats.FORMATS`.
 
@@ -193,19 +196,39 @@ class HexMesh:
         return list(write_mesh(self, path, fields, format).files)
 
     def plot(self, color: str | None = "region", **options: Any) -> pyvista.Plotter:
-        """Show the mesh; arguments go to `heartgen.viewing.plot_mesh`."""
+        """Show the mesh; arguments go to `heartgen.viewing.plot_mesh`.
+
+        Parameters
+        ----------
+        color : {"region", "quality"} or None
+            Surface, Jacobian ratio of each element, or one color for all.
+        **options : object
+            As of `heartgen.viewing.plot_mesh`.
+        """
         from heartgen.viewing import plot_mesh
 
         return plot_mesh(self, color, **options)
 
     def to_pyvista(self, fields: Iterable[MeshField] = ()) -> pyvista.UnstructuredGrid:
-        """The mesh, exactly, as a grid of cubic Lagrange hexahedra, with its parts and fields."""
+        """The mesh, exactly, as a grid of cubic Lagrange hexahedra, with its parts and fields.
+
+        Parameters
+        ----------
+        fields : iterable of MeshField
+            Fields on the mesh.
+        """
         from heartgen.viewing import to_pyvista
 
         return to_pyvista(self, fields)
 
     def to_meshio(self, fields: Iterable[MeshField] = ()) -> meshio.Mesh:
-        """The mesh, exactly, as a `meshio.Mesh` of VTK's cubic Lagrange hexahedra."""
+        """The mesh, exactly, as a `meshio.Mesh` of VTK's cubic Lagrange hexahedra.
+
+        Parameters
+        ----------
+        fields : iterable of MeshField
+            Fields on the mesh.
+        """
         from heartgen.formats import to_meshio
 
         return to_meshio(self, fields)
@@ -225,7 +248,13 @@ class HexMesh:
         return as_html(repr(self))
 
     def with_dofs(self, dofs: NDArray[np.float64]) -> HexMesh:
-        """Return the mesh of the same topology with other degrees of freedom (n, 3), mm, LPS."""
+        """Return the mesh of the same topology with other degrees of freedom (n, 3), mm, LPS.
+
+        Parameters
+        ----------
+        dofs : (n, 3) float64
+            mm, world (LPS).
+        """
         return HexMesh(np.asarray(dofs, dtype=float), self.topology)
 
     def transformed(self, affine: NDArray[np.float64]) -> HexMesh:
@@ -258,6 +287,7 @@ class HexMesh:
         Parameters
         ----------
         like : Mask, or anything with its `voxels` and `affine`
+            The image whose voxels are taken; mm, world (LPS).
         partial : bool
             Give the share of each voxel that is in the mesh, not whether its center is.
 
@@ -282,9 +312,8 @@ class HexMesh:
         -------
         HexMesh
         """
-        return replace(
-            self, topology=_refine(self.topology, (circumferential, longitudinal, radial))
-        )
+        pieces = circumferential, longitudinal, radial
+        return replace(self, topology=refine(self.topology, pieces))
 
     def to_lagrange(self, order: int = 3) -> HexMesh:
         """Return the mesh in the Lagrange basis: values on a lattice in each element, C0.
@@ -317,44 +346,3 @@ class HexMesh:
         from heartgen.mesh.bases import to_hermite
 
         return to_hermite(self)
-
-
-def _refine(topology: Topology, pieces: tuple[int, int, int]) -> Topology:
-    """Topology with every element split into pieces along (xi1, xi2, xi3)."""
-    split = [subdivision(n) for n in pieces]
-    cells = [
-        (i, j, k) for k in range(pieces[2]) for j in range(pieces[1]) for i in range(pieces[0])
-    ]
-    blocks = [np.kron(split[2][k], np.kron(split[1][j], split[0][i])) for i, j, k in cells]
-    n_cells, n_old = len(cells), topology.n_elements
-    extraction = sp.csr_array(
-        sp.kron(sp.eye_array(n_old), sp.csr_array(np.concatenate(blocks))) @ topology.extraction
-    )
-    cell = np.array(cells)
-    in_structure = cell[:, [2, 0, 1]]
-    factor = np.array([pieces[2], pieces[0], pieces[1]])
-    index = (topology.index[:, None, :] * factor + in_structure[None]).reshape(-1, 3)
-
-    def split_faces(faces: NDArray[np.intp]) -> NDArray[np.intp]:
-        out = []
-        for element, face in faces:
-            axis, end = divmod(int(face), 2)
-            on_face = np.flatnonzero(cell[:, axis] == (pieces[axis] - 1 if end else 0))
-            out.append(np.stack([element * n_cells + on_face, np.full(len(on_face), face)], -1))
-        return np.concatenate(out) if out else np.zeros((0, 2), dtype=np.intp)
-
-    return replace(
-        topology,
-        extraction=extraction,
-        shape=tuple(int(n * f) for n, f in zip(topology.shape, factor, strict=True)),  # type: ignore[arg-type]
-        index=index,
-        surfaces={name: split_faces(f) for name, f in topology.surfaces.items()},
-        collapsed=split_faces(topology.collapsed),
-        nodes=corner_nodes(extraction, topology.generic_dofs),
-        parts={
-            name: (n_cells * part[:, None] + np.arange(n_cells)).ravel()
-            for name, part in topology.parts.items()
-        },
-        patches={name: split_faces(f) for name, f in topology.patches.items()},
-        hermite=None if topology.hermite is None else _refine(topology.hermite, pieces),
-    )

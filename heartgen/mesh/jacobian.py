@@ -13,13 +13,27 @@ QUALITY_GAUSS = 4
 
 
 def determinants(mesh: HexMesh, xi: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Determinant of dx/dxi at local coordinates (q, 3) of every element: (e, q) float64, mm^3."""
+    """Determinant of dx/dxi at local coordinates (q, 3) of every element: (e, q) float64, mm^3.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    xi : (q, 3) float64
+        Local coordinates in the unit cube.
+    """
     j = mesh.gradient(xi)
     return np.asarray(np.einsum("eqx,eqx->eq", j[..., 0], np.cross(j[..., 1], j[..., 2])))
 
 
 def volume(mesh: HexMesh) -> float:
-    """Volume in mm^3 by Gauss quadrature (exact)."""
+    """Volume in mm^3 by Gauss quadrature (exact).
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    """
     xi, weights = gauss_cube((EXACT,) * 3)
     return float(np.sum(determinants(mesh, xi) @ weights))
 
@@ -30,6 +44,7 @@ def jacobian_ratio(mesh: HexMesh, n: int = QUALITY_GAUSS) -> NDArray[np.float64]
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     n : int
         Gauss points per direction.
 
@@ -46,7 +61,15 @@ def jacobian_ratio(mesh: HexMesh, n: int = QUALITY_GAUSS) -> NDArray[np.float64]
 
 
 def scaled_jacobian(mesh: HexMesh, n: int = QUALITY_GAUSS) -> NDArray[np.float64]:
-    """Least scaled Jacobian of each element: det J over the product of its column lengths, (e,)."""
+    """Least scaled Jacobian of each element: det J over the product of its column lengths, (e,).
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    n : int
+        Gauss points per direction.
+    """
     j = mesh.gradient(gauss_cube((n,) * 3)[0])
     det = np.einsum("eqx,eqx->eq", j[..., 0], np.cross(j[..., 1], j[..., 2]))
     lengths = np.prod(np.linalg.norm(j, axis=-2), axis=-1)

@@ -26,6 +26,7 @@ def shared_points(
     Parameters
     ----------
     topology : Topology
+        Of the mesh.
     fields : iterable of MeshField
         Those per element have no say.
 

@@ -15,6 +15,12 @@ VTK_ORDER = """
 
 
 def places(order: str) -> NDArray[np.intp]:
-    """Lattice points of an element, xi1 fastest, from their places "ijk" or "ij" in digits 0-3."""
+    """Lattice points of an element, xi1 fastest, from their places "ijk" or "ij" in digits 0-3.
+
+    Parameters
+    ----------
+    order : str
+        The places, with blanks between them.
+    """
     digits = np.array([[int(digit) for digit in place] for place in order.split()])
     return np.asarray(digits @ 4 ** np.arange(digits.shape[1]))

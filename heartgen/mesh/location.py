@@ -44,6 +44,7 @@ def at(control: Array, elements: ArrayLike, xi: ArrayLike) -> Array:
     elements : (n,) int
         -1 for a point in none.
     xi : (n, 3) float64
+        Local coordinates.
 
     Returns
     -------

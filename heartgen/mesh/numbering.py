@@ -20,6 +20,7 @@ def corner_nodes(
     Parameters
     ----------
     extraction : (64 e, n) sparse
+        Bernstein coefficients of all elements from the n degrees of freedom.
     generic_dofs : (n, 3) float64, optional
         See `heartgen.mesh.hexmesh.Topology`.
 

@@ -57,6 +57,7 @@ def overlapping(
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     depth : float
         Depth of crossing that is found for certain, mm. The surface is sampled within a quarter of
         it, so that shallower crossings may be found, and gaps of up to half of it be taken for one.

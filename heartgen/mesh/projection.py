@@ -37,7 +37,13 @@ class Projector:
     _solve: Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
     def project(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Degrees of freedom (n, 3) closest in L2 to the values (m, 3) at `points`."""
+        """Degrees of freedom (n, 3) closest in L2 to the values (m, 3) at `points`.
+
+        Parameters
+        ----------
+        values : (m, 3) float64
+            Of the function, such as positions in mm, world (LPS).
+        """
         moments = np.matmul(self._weighted, values.reshape(len(self._weighted), -1, 3))
         right = np.asarray(self._gather @ moments.reshape(-1, 3))
         dofs = self._solve(right)

@@ -13,7 +13,13 @@ EXACT = 5
 
 @lru_cache
 def gauss(n: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Gauss-Legendre points (n,) and weights (n,) on [0, 1]."""
+    """Gauss-Legendre points (n,) and weights (n,) on [0, 1].
+
+    Parameters
+    ----------
+    n : int
+        Number of points.
+    """
     t, w = np.polynomial.legendre.leggauss(n)
     return (t + 1) / 2, w / 2
 
@@ -42,7 +48,13 @@ def gauss_cube(n: tuple[int, int, int]) -> tuple[NDArray[np.float64], NDArray[np
 
 @lru_cache
 def gauss_square(n: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Gauss rule on the unit square: (n^2, 2) points, first fastest; (n^2,) weights."""
+    """Gauss rule on the unit square: (n^2, 2) points, first fastest; (n^2,) weights.
+
+    Parameters
+    ----------
+    n : int
+        Points per direction.
+    """
     t, w = gauss(n)
     v, u = np.meshgrid(t, t, indexing="ij")
     return np.stack([u.ravel(), v.ravel()], -1), np.outer(w, w).ravel()

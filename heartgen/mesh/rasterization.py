@@ -39,6 +39,7 @@ def rasterize(
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     shape : (int, int, int)
         Voxels along i, j, k.
     affine : (4, 4) float64

@@ -17,7 +17,13 @@ ROOM = 16
 
 @nb.njit(cache=True)
 def whole_faces(patches):  # type: ignore[no-untyped-def]
-    """Tree of faces that are not split yet, from their coefficients (f, 16, 3), mm."""
+    """Tree of faces that are not split yet, from their coefficients (f, 16, 3), mm.
+
+    Parameters
+    ----------
+    patches : (f, 16, 3) float64
+        Bernstein coefficients of the faces, mm.
+    """
     tree = _empty(ROOM * len(patches) + 4, np.array([len(patches)]))
     tree[0][: len(patches)] = patches
     for face in range(len(patches)):
@@ -27,7 +33,15 @@ def whole_faces(patches):  # type: ignore[no-untyped-def]
 
 @nb.njit(cache=True)
 def split(tree, piece):  # type: ignore[no-untyped-def]
-    """Tree with the quarters of a piece, maybe in other arrays."""
+    """Tree with the quarters of a piece, maybe in other arrays.
+
+    Parameters
+    ----------
+    tree : tuple of arrays
+        The pieces so far.
+    piece : int
+        Number of the piece.
+    """
     if tree[3][piece]:
         return tree
     first = tree[5][0]
@@ -51,7 +65,15 @@ def split(tree, piece):  # type: ignore[no-untyped-def]
 
 @nb.njit(cache=True)
 def apart(boxes, a, b):  # type: ignore[no-untyped-def]
-    """Tell whether two of the boxes (m, 6) have no point in common."""
+    """Tell whether two of the boxes (m, 6) have no point in common.
+
+    Parameters
+    ----------
+    boxes : (m, 6) float64
+        Lower and upper corners, mm.
+    a, b : int
+        Numbers of the two.
+    """
     away = False
     for x in range(3):
         away |= boxes[a, x] > boxes[b, x + 3] or boxes[b, x] > boxes[a, x + 3]

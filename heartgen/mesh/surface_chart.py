@@ -73,13 +73,27 @@ class SurfaceChart:
         return len(self.index)
 
     def node(self, column: int, row: int) -> int:
-        """First degree of freedom of a regular node."""
+        """First degree of freedom of a regular node.
+
+        Parameters
+        ----------
+        column : int
+            Around; counted on beyond the last.
+        row : int
+            From the apex to the base.
+        """
         place = (row - self.first_row) * self.around + column % self.around
         return self.apex_dofs + NODE_DOFS * place
 
 
 def even_angles(around: int) -> Angles:
-    """Angles of evenly spaced columns."""
+    """Angles of evenly spaced columns.
+
+    Parameters
+    ----------
+    around : int
+        Number of columns.
+    """
     step = 2 * np.pi / around
     return step * np.arange(around, dtype=float), np.full(around, step)
 
@@ -138,7 +152,13 @@ def collapsed_chart(around: int, along: int, angles: Angles | None = None) -> Su
 
 
 def open_chart(around: int, along: int) -> SurfaceChart:
-    """Chart that is open at the apex too: a tube, whose rim below is that of the apical hole."""
+    """Chart that is open at the apex too: a tube, whose rim below is that of the apical hole.
+
+    Parameters
+    ----------
+    around, along : int
+        Faces.
+    """
     n = NODE_DOFS * around * (along + 1)
     index = grid_index(around, range(along))
     return SurfaceChart(
@@ -157,18 +177,40 @@ def open_chart(around: int, along: int) -> SurfaceChart:
 
 
 def rising(dofs: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Derivatives by xi2 among the degrees of freedom (4 m,) of regular nodes, and of what."""
+    """Derivatives by xi2 among the degrees of freedom (4 m,) of regular nodes, and of what.
+
+    Parameters
+    ----------
+    dofs : (4 m,) int
+        Of m regular nodes, four each.
+    """
     value, along_1, along_2, cross = dofs.reshape(-1, NODE_DOFS).T
     return np.concatenate([np.stack([along_2, value], -1), np.stack([cross, along_1], -1)])
 
 
 def grid_index(around: int, rows: range) -> NDArray[np.intp]:
-    """Column and row of faces, row by row, (f, 2)."""
+    """Column and row of faces, row by row, (f, 2).
+
+    Parameters
+    ----------
+    around : int
+        Columns.
+    rows : range
+        Numbers of the rows.
+    """
     return np.array([(c, s) for s in rows for c in range(around)], dtype=np.intp).reshape(-1, 2)
 
 
 def ring_corners(index: NDArray[np.intp], around: int) -> NDArray[np.intp]:
-    """Parameters (f, 2, 2, 4) at the corners (xi2, xi1) of faces, four a node, row by row."""
+    """Parameters (f, 2, 2, 4) at the corners (xi2, xi1) of faces, four a node, row by row.
+
+    Parameters
+    ----------
+    index : (f, 2) int
+        Column and row of each face.
+    around : int
+        Columns.
+    """
     ends = np.arange(2)
     column = (index[:, 0, None, None] + ends) % around
     row = index[:, 1, None, None] + ends[:, None]
@@ -176,7 +218,15 @@ def ring_corners(index: NDArray[np.intp], around: int) -> NDArray[np.intp]:
 
 
 def node_corners(index: NDArray[np.intp], node: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Nodes (f, 4) of faces from the numbers (rows + 1, around) of the nodes."""
+    """Nodes (f, 4) of faces from the numbers (rows + 1, around) of the nodes.
+
+    Parameters
+    ----------
+    index : (f, 2) int
+        Column and row of each face.
+    node : (rows + 1, around) int
+        Numbers of the nodes.
+    """
     column = (index[:, :1] + [0, 1, 0, 1]) % node.shape[1]
     return np.asarray(node[index[:, 1:] + [0, 0, 1, 1], column])
 

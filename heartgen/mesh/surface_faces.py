@@ -31,6 +31,7 @@ def face_control(mesh: HexMesh, faces: NDArray[np.intp]) -> NDArray[np.float64]:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     faces : (f, 2) int
         (element, face).
 
@@ -44,7 +45,15 @@ def face_control(mesh: HexMesh, faces: NDArray[np.intp]) -> NDArray[np.float64]:
 def tabulate_face(
     uv: NDArray[np.float64], derivative: tuple[int, int] = (0, 0)
 ) -> NDArray[np.float64]:
-    """Bicubic Bernstein functions, or a derivative of them, at (q, 2) parameters: (q, 16)."""
+    """Bicubic Bernstein functions, or a derivative of them, at (q, 2) parameters: (q, 16).
+
+    Parameters
+    ----------
+    uv : (q, 2) float64
+        Parameters in the unit square.
+    derivative : (int, int)
+        Order along u and v.
+    """
     u = bernstein_derivative(uv[:, 0], derivative[0])
     v = bernstein_derivative(uv[:, 1], derivative[1])
     return np.asarray(np.einsum("qj,qi->qji", v, u).reshape(len(uv), FACE_COEFFICIENTS))
@@ -58,6 +67,7 @@ def evaluate_faces(
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     faces : (f, 2) int
         (element, face).
     uv : (q, 2) float64
@@ -78,20 +88,46 @@ def evaluate_faces(
 def field_on_faces(
     field: MeshField, faces: NDArray[np.intp], uv: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Values (f, q, k) of a field at parameters (q, 2) of faces (f, 2)."""
+    """Values (f, q, k) of a field at parameters (q, 2) of faces (f, 2).
+
+    Parameters
+    ----------
+    field : MeshField
+        Of k components, on the mesh.
+    faces : (f, 2) int
+        (element, face).
+    uv : (q, 2) float64
+        Parameters on each face.
+    """
     control = field.coefficients[faces[:, 0, None], face_coefficients()[faces[:, 1]]]
     return np.asarray(np.matmul(tabulate_face(uv), control))
 
 
 def surface_area(mesh: HexMesh, faces: NDArray[np.intp], n: int = 8) -> float:
-    """Area of faces in mm^2, by n x n Gauss points a face."""
+    """Area of faces in mm^2, by n x n Gauss points a face.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    faces : (f, 2) int
+        (element, face).
+    n : int
+        Gauss points per direction.
+    """
     uv, weights = gauss_square(n)
     _, area = evaluate_faces(mesh, faces, uv)
     return float(np.einsum("fq,q->", np.linalg.norm(area, axis=-1), weights))
 
 
 def enclosed_volume(mesh: HexMesh) -> float:
-    """Volume in mm^3 by the divergence theorem over the named surfaces (exact)."""
+    """Volume in mm^3 by the divergence theorem over the named surfaces (exact).
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    """
     uv, weights = gauss_square(EXACT)
     points, area = evaluate_faces(mesh, mesh.topology.external, uv)
     return float(np.einsum("fqx,fqx,q->", points, area, weights) / 3)
@@ -101,6 +137,15 @@ def sample_faces(
     mesh: HexMesh, faces: NDArray[np.intp], n: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Area-weighted samples at n x n Gauss points a face.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    faces : (f, 2) int
+        (element, face).
+    n : int
+        Gauss points per direction.
 
     Returns
     -------
@@ -121,6 +166,15 @@ def tessellate(
     mesh: HexMesh, faces: NDArray[np.intp], n: int
 ) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
     """Flat quadrilaterals for display, n x n a face.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    faces : (f, 2) int
+        (element, face).
+    n : int
+        Quadrilaterals per direction.
 
     Returns
     -------

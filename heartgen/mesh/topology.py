@@ -56,6 +56,15 @@ class Topology:
     generic_dofs : (n, 3) float64 or None
         Degrees of freedom of size 1 under which elements meet where they are to meet, if not all do
         so: in files, each element may have derivatives of its own. None if all do.
+
+    Examples
+    --------
+    >>> from heartgen.mesh.hermite import cup_topology
+    >>> topology = cup_topology((1, 12, 6))
+    >>> topology.n_elements, sorted(topology.surfaces)
+    (72, ['base', 'epi', 'lv_endo'])
+    >>> topology.surfaces["base"].shape, len(topology.collapsed)
+    ((12, 2), 12)
     """
 
     extraction: sp.csr_array

@@ -79,6 +79,7 @@ def certify(mesh: HexMesh) -> Certificate:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
 
     Returns
     -------
@@ -94,6 +95,7 @@ def certify_jacobian(mesh: HexMesh) -> Certificate:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
 
     Returns
     -------

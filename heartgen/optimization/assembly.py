@@ -30,6 +30,7 @@ class Blocks:
     matrix : (b, 3 m, 3 m) float64
         Gauss-Newton matrix; x, y, z of each degree of freedom in turn.
     gradient : (b, 3 m) float64
+        Of half the sum of squares; in the order of the matrix.
     """
 
     dofs: NDArray[np.intp]
@@ -45,8 +46,11 @@ def face_blocks(
     Parameters
     ----------
     faces : FaceDofMap
+        Free degrees of freedom of the faces.
     matrix : (f, 48, 48) float64
+        Of the coefficients of each face: x, y, z of each in turn.
     gradient : (f, 48) float64
+        In the same order.
 
     Returns
     -------
@@ -105,6 +109,11 @@ class Assembler:
 
         Not a number throughout where rounding leaves no positive definite system to solve, as
         that of elements that have shrunk to nothing.
+
+        Parameters
+        ----------
+        blocks : list of Blocks
+            Of all terms.
         """
         blocks = [_added([b for b in blocks if b.dofs is dofs]) for dofs in self._kinds]
         entries = np.concatenate([_by_pairs(b.matrix) for b in blocks])

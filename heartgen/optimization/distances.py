@@ -39,7 +39,9 @@ class MeshToPatient:
     Attributes
     ----------
     faces : FaceDofMap
+        Of the mesh.
     target : FitTarget
+        The patient's surfaces.
     weight : (f,) float64
         Of the samples of each face, 1/mm^2.
     """
@@ -49,7 +51,13 @@ class MeshToPatient:
     weight: Array
 
     def near(self, q: Array) -> Model:
-        """Return the term near a mesh (see `Term`)."""
+        """Return the term near a mesh (see `Term`).
+
+        Parameters
+        ----------
+        q : (n, 3) float64
+            Free degrees of freedom of the mesh, mm, world (LPS).
+        """
         functions, normal, value, weight = self._samples(q)
         return Model(self._value, _blocks(self.faces, *_flat(functions, normal, value, weight)))
 
@@ -93,7 +101,9 @@ class PatientToMesh:
     Attributes
     ----------
     faces : FaceDofMap
+        Of the mesh.
     target : FitTarget
+        Points on the patient's surfaces.
     weight : (f,) float64
         Of the points that are closest to each face, 1/mm^2.
     """
@@ -103,7 +113,13 @@ class PatientToMesh:
     weight: Array
 
     def near(self, q: Array) -> Model:
-        """Return the term near a mesh (see `Term`)."""
+        """Return the term near a mesh (see `Term`).
+
+        Parameters
+        ----------
+        q : (n, 3) float64
+            Free degrees of freedom of the mesh, mm, world (LPS).
+        """
         control = self.faces.at(q)
         parts = [self._matched(control, name) for name in self.target.points]
         face, functions, normal, value, weight = (
@@ -147,6 +163,7 @@ def misfit(mesh: HexMesh, target: FitTarget) -> float:
     mesh : HexMesh
         mm, world (LPS).
     target : FitTarget
+        Points on the patient's surfaces, mm, world (LPS).
 
     Returns
     -------

@@ -33,7 +33,9 @@ class Energy:
     mesh : HexMesh
         The unoptimized mesh, mm, world (LPS).
     target : FitTarget
+        What the mesh is to follow.
     settings : FitSettings
+        Weights of the terms.
     """
 
     def __init__(self, mesh: HexMesh, target: FitTarget, settings: FitSettings) -> None:
@@ -47,11 +49,23 @@ class Energy:
             self._cut[faces.rows.get(name, slice(0))] = True
 
     def degrees(self, mesh: HexMesh) -> NDArray[np.float64]:
-        """Free degrees of freedom (n, 3) of a mesh."""
+        """Free degrees of freedom (n, 3) of a mesh.
+
+        Parameters
+        ----------
+        mesh : HexMesh
+            mm, world (LPS).
+        """
         return mesh.dofs[self.dof_map.free]
 
     def shape(self, q: NDArray[np.float64]) -> HexMesh:
-        """Mesh of free degrees of freedom (n, 3); straight across the wall."""
+        """Mesh of free degrees of freedom (n, 3); straight across the wall.
+
+        Parameters
+        ----------
+        q : (n, 3) float64
+            Free degrees of freedom, mm, world (LPS).
+        """
         return self._mesh.with_dofs(np.asarray(self.dof_map.straight @ q))
 
     def terms(self, weight: NDArray[np.float64], regularization: float = 1.0) -> list[Term]:

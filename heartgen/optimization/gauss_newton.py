@@ -27,6 +27,7 @@ def minimize(
     q : (n, 3) float64
         Free degrees of freedom to start from, mm, world (LPS).
     terms : sequence of Term
+        What is summed up.
     assembler : Assembler
         Of the terms' blocks.
     steps : int

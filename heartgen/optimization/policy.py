@@ -1,10 +1,11 @@
 """The policy: a mesh is fitted until it is valid, close and good, by weights of its elements.
 
-One loop. Elements that fold or cross get more weight against the data until there are none, and if
-that does not help, their neighbors too, by the root of it. From
-then on no step may leave the valid meshes, and the weights that did it go back to little more than
-the usual. If the mesh is then farther from the patient than allowed, everything but the data weighs
-less; and elements whose Jacobian ratio is below the least weigh more, as far as that helps.
+One loop. Elements that fold or cross get more weight against the data until there are none; if
+that does not help, once more from the start, and their neighbors, too, by the root of it: walls
+that cross are held where they are by what lies beside them. From then on no step may leave the
+valid meshes, and the weights that did it go back to little more than the usual. If the mesh is then
+farther from the patient than allowed, everything but the data weighs less; and elements whose
+Jacobian ratio is below the least weigh more, as far as that helps.
 """
 
 from __future__ import annotations
@@ -25,13 +26,13 @@ from heartgen.optimization.settings import (
     AIM,
     AIMED_MISFIT,
     GROWTH,
+    MORE_ROUNDS,
     MOST_RAISED,
     MOST_RELAXED,
     RAISED_ROUNDS,
     RELAXED_ROUNDS,
     RELAXING,
     ROUNDS,
-    SPREADING,
     FitSettings,
 )
 from heartgen.optimization.target import FitTarget
@@ -73,7 +74,9 @@ def optimize(
     mesh : HexMesh
         Where to start, and where the lines' course is taken from; mm, world (LPS).
     target : FitTarget
+        What the mesh is to follow.
     settings : FitSettings
+        Weights of the terms.
     allowed : float
         Largest mean distance from the patient, mm.
     least : float
@@ -97,19 +100,22 @@ def optimize(
         )
         return energy.shape(q)
 
-    neighbors = _neighbors(mesh)
-    weight, regularization = np.ones(mesh.n_elements), 1.0
-    fitted, valid = mesh, False
-    for number in range(1, ROUNDS + 1):
-        fitted = fit(fitted, weight, within=False)
-        invalid = ~certify(fitted).valid
-        valid = not invalid.any()
+    regularization = 1.0
+    for rounds, spreading in ((ROUNDS, False), (MORE_ROUNDS, True)):
+        weight, fitted, valid = np.ones(mesh.n_elements), mesh, False
+        for number in range(1, rounds + 1):
+            fitted = fit(fitted, weight, within=False)
+            invalid = ~certify(fitted).valid
+            valid = not invalid.any()
+            if valid:
+                break
+            growth = np.where(invalid, number * GROWTH, 1)
+            if spreading:
+                beside = _neighbors(mesh) @ invalid & ~invalid
+                growth = np.where(beside, np.sqrt(number * GROWTH), growth)
+            weight = growth * weight
         if valid:
             break
-        weight = np.where(invalid, number * GROWTH, 1) * weight
-        if number >= SPREADING:
-            around = neighbors @ invalid & ~invalid
-            weight = np.where(around, np.sqrt(number * GROWTH), 1) * weight
     regularized = weight > 1
     if not valid:
         return Optimized(fitted, regularized, valid)

@@ -41,7 +41,9 @@ class EvenJacobians:
     Parameters
     ----------
     dof_map : DofMap
+        Free degrees of freedom of the mesh.
     topology : Topology
+        Of the mesh.
     weight : (e,) float64
         Of each element.
     """
@@ -55,7 +57,13 @@ class EvenJacobians:
         self._use = use / use.sum(1, keepdims=True)
 
     def near(self, q: Array) -> Model:
-        """Return the term near a mesh (see `Term`)."""
+        """Return the term near a mesh (see `Term`).
+
+        Parameters
+        ----------
+        q : (n, 3) float64
+            Free degrees of freedom of the mesh, mm, world (LPS).
+        """
         jacobian, det = self._jacobian(q)
         folded = (det < FOLDED * self._size(det)) & (self._use > 0)
         untangling = bool(folded.any())
@@ -110,6 +118,7 @@ class RightAngles:
     Parameters
     ----------
     dof_map : DofMap
+        Free degrees of freedom of the mesh.
     weight : (e,) float64
         Of each element.
     """
@@ -120,7 +129,13 @@ class RightAngles:
         self._slopes = [dof_map.functions(xi, _unit(d)) for d in range(3)]
 
     def near(self, q: Array) -> Model:
-        """Return the term near a mesh (see `Term`)."""
+        """Return the term near a mesh (see `Term`).
+
+        Parameters
+        ----------
+        q : (n, 3) float64
+            Free degrees of freedom of the mesh, mm, world (LPS).
+        """
         unit, length = _directions(_columns(self._dof_map, q, self._slopes))
         scaled = np.linalg.det(unit)
         # A folded element's angles lead nowhere: where one is, they count plainly.

@@ -46,6 +46,7 @@ class SurfaceLines:
     Attributes
     ----------
     faces : FaceDofMap
+        Of the mesh.
     unoptimized : (f, 16, 3) float64
         Bernstein coefficients of the faces of the unoptimized mesh, mm, world (LPS).
     fair, smooth, place : (f,) float64
@@ -62,7 +63,13 @@ class SurfaceLines:
     movement: float
 
     def near(self, q: Array) -> Model:
-        """Return the term near a mesh (see `Term`)."""
+        """Return the term near a mesh (see `Term`).
+
+        Parameters
+        ----------
+        q : (n, 3) float64
+            Free degrees of freedom of the mesh, mm, world (LPS).
+        """
         absolute, relative, tangential = self._forms(self.faces.at(q))
         x0 = self.unoptimized.reshape(len(self.unoptimized), -1, 1)
 

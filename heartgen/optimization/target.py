@@ -50,7 +50,13 @@ class FitTarget:
     slices: Slices | None = None
 
     def confidence(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """How far the images may be believed at points (n, 3), mm, world (LPS): (n,), up to 1."""
+        """How far the images may be believed at points (n, 3), mm, world (LPS): (n,), up to 1.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            mm, world (LPS).
+        """
         if self.slices is None:
             return np.ones(len(points))
         away = self.slices.away(points) / (NEAR_SLICE * self.slices.distance)
@@ -63,6 +69,7 @@ def fit_target(anatomy: Anatomy) -> FitTarget:
     Parameters
     ----------
     anatomy : Anatomy
+        The patient's heart, measured.
 
     Returns
     -------

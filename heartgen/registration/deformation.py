@@ -79,6 +79,7 @@ class GridMap:
     Attributes
     ----------
     grid : NodeGrid
+        The nodes; mm, world (LPS).
     displacement : (n, 3) float64
         u at the nodes, mm, world (LPS).
     """
@@ -92,11 +93,23 @@ class GridMap:
 
     @staticmethod
     def identity(grid: NodeGrid) -> GridMap:
-        """The map that moves nothing."""
+        """The map that moves nothing.
+
+        Parameters
+        ----------
+        grid : NodeGrid
+            The nodes; mm, world (LPS).
+        """
         return GridMap(grid, np.zeros((grid.size, 3)))
 
     def on(self, grid: NodeGrid) -> GridMap:
-        """The same displacement, interpolated to another grid."""
+        """The same displacement, interpolated to another grid.
+
+        Parameters
+        ----------
+        grid : NodeGrid
+            The other nodes; mm, world (LPS).
+        """
         return GridMap(grid, np.asarray(self.grid.interpolation(grid.nodes()) @ self.displacement))
 
     def least_determinant(self) -> float:
@@ -123,7 +136,13 @@ class Deformation:
         return points
 
     def then(self, part: GridMap) -> Deformation:
-        """Return this deformation followed by one more map."""
+        """Return this deformation followed by one more map.
+
+        Parameters
+        ----------
+        part : GridMap
+            The map that comes last.
+        """
         return Deformation((*self.maps, part))
 
     def least_determinant(self) -> float:
@@ -140,6 +159,7 @@ def fold_bound(grid: NodeGrid, displacement: NDArray[np.float64]) -> NDArray[np.
     Parameters
     ----------
     grid : NodeGrid
+        The nodes; mm, world (LPS).
     displacement : (n, 3) float64
         mm, world (LPS).
     """

@@ -44,13 +44,25 @@ class Samples:
     channels: tuple[tuple[LevelSet, slice], ...]
 
     def moved(self, deformation: Deformation) -> Samples:
-        """The samples where a deformation takes them."""
+        """The samples where a deformation takes them.
+
+        Parameters
+        ----------
+        deformation : Deformation
+            World (LPS) to world, mm.
+        """
         return replace(self, points=deformation(self.points))
 
     def patient(
         self, points: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The patient's image (n,) and its gradient (n, 3) at the samples' moved points."""
+        """The patient's image (n,) and its gradient (n, 3) at the samples' moved points.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            Where the samples have moved, mm, world (LPS).
+        """
         parts = [level.sample(points[rows]) for level, rows in self.channels]
         return np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
 

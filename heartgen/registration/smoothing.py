@@ -40,7 +40,13 @@ class Smoothing:
         return float(self.spectrum.sum())
 
     def apply(self, values: Vectors) -> Vectors:
-        """L'L times node values (n, 3)."""
+        """L'L times node values (n, 3).
+
+        Parameters
+        ----------
+        values : (n, 3) float64
+            At the nodes, mm.
+        """
         return self._laplacian(self._laplacian(values))
 
     def _laplacian(self, values: Vectors) -> Vectors:
@@ -57,7 +63,17 @@ class Smoothing:
         return out.reshape(-1, 3)
 
     def solve(self, values: Vectors, smooth: float, shift: float) -> Vectors:
-        """Solve (smooth L'L + shift I) x = values roughly, by cosine transforms."""
+        """Solve (smooth L'L + shift I) x = values roughly, by cosine transforms.
+
+        Parameters
+        ----------
+        values : (n, 3) float64
+            Right side, at the nodes.
+        smooth : float
+            Factor of L'L.
+        shift : float
+            Factor of the identity.
+        """
         # Single precision is enough: this only preconditions.
         v = values.reshape(*self.shape, 3).astype(np.float32)
         modes = scipy.fft.dctn(v, axes=(0, 1, 2), norm="ortho", overwrite_x=True)
@@ -76,10 +92,12 @@ def conjugate_gradients(
 
     Parameters
     ----------
-    operator, precondition : callable
-        Map (n, 3) to (n, 3).
+    operator : callable
+        Maps (n, 3) to (n, 3).
     right : (n, 3) float64
         Right-hand side.
+    precondition : callable
+        Maps (n, 3) to (n, 3), about as the inverse of the operator does.
     steps : int
         Number of steps; fewer only if the residual vanishes.
 

@@ -87,7 +87,7 @@ def biv(
         From the left endocardial apex to the base along the long axis.
     rv_apex : float, mm
         Height of the right endocardial apex above the left one.
-    **placement
+    **placement : Placement
         Rotation, translation, scale, image axes and noise: see `Placement`.
 
     Returns
@@ -99,6 +99,13 @@ def biv(
     ------
     InputError
         If a size, the placement or the grid makes no heart.
+
+    Examples
+    --------
+    >>> from heartgen import samples
+    >>> heart = samples.biv(6.0)
+    >>> heart.mask.voxels.shape, heart.truth.rv is not None
+    ((25, 20, 24), True)
     """
     sizes = {
         "rv_size": rv_size,

@@ -34,6 +34,7 @@ class BivShape:
     Attributes
     ----------
     lv, rv : Solid
+        What the two pools are cut from.
     lv_wall, septum, rv_wall : float
         Thicknesses, mm.
     base_height : float
@@ -139,13 +140,29 @@ _WALL = (("epi_lv", 1.0), ("epi_rv", 1.0), ("endo", -1.0), ("free", -1.0), ("sep
 
 
 def below_base(shape: BivShape, points: Array) -> Array:
-    """Depth (n,), mm, of points (n, 3), mm, below the base."""
+    """Depth (n,), mm, of points (n, 3), mm, below the base.
+
+    Parameters
+    ----------
+    shape : BivShape
+        Both ventricles.
+    points : (n, 3) float64
+        mm, heart frame.
+    """
     center, normal = shape.basal_plane
     return np.asarray((center - points) @ normal)
 
 
 def in_wall(shape: BivShape, points: Array) -> NDArray[np.bool_]:
-    """Which points (n, 3), mm, heart frame, lie in the myocardium, (n,)."""
+    """Which points (n, 3), mm, heart frame, lie in the myocardium, (n,).
+
+    Parameters
+    ----------
+    shape : BivShape
+        Both ventricles.
+    points : (n, 3) float64
+        mm, heart frame.
+    """
     wall = below_base(shape, points) > 0
     below = np.flatnonzero(wall)
     wall[below] = _across_wall(shape, points[below])
@@ -153,7 +170,13 @@ def in_wall(shape: BivShape, points: Array) -> NDArray[np.bool_]:
 
 
 def right_apex(shape: BivShape) -> Array:
-    """Lowest point (3,), mm, of the right pool: of the free wall, or where it meets the septum."""
+    """Lowest point (3,), mm, of the right pool: of the free wall, or where it meets the septum.
+
+    Parameters
+    ----------
+    shape : BivShape
+        Both ventricles.
+    """
     bottom = lowest_point(shape.rv, 0.0)
     if _gap(shape.lv, shape.septum, bottom[None])[0] > 0:
         return bottom
@@ -165,7 +188,15 @@ def right_apex(shape: BivShape) -> Array:
 
 
 def crossings(edge: Curve, height: float) -> Array:
-    """Points (n, 3), mm, at which a curve passes a height, mm."""
+    """Points (n, 3), mm, at which a curve passes a height, mm.
+
+    Parameters
+    ----------
+    edge : Curve
+        The curve.
+    height : float
+        The z of the heart frame, mm.
+    """
     return np.asarray(edge.spline(_heights(edge.spline).solve(height, extrapolate=False)))
 
 

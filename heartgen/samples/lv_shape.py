@@ -24,7 +24,17 @@ WAVE_CORE = 5.0
 
 
 class Lobe(NamedTuple):
-    """One circumferential harmonic: ``size * cos(order * (angle - at))``."""
+    """One circumferential harmonic: ``size * cos(order * (angle - at))``.
+
+    Attributes
+    ----------
+    order : int
+        Periods around the heart.
+    size : float
+        Amplitude, in the unit of what it is added to.
+    at : float
+        Where the cosine is 1, rad.
+    """
 
     order: int
     size: float
@@ -123,12 +133,28 @@ class LvShape:
 
 
 def straighten(shape: LvShape, points: Array) -> Array:
-    """Undo the bend: heart frame (n, 3), mm, to the frame of the straight long axis (n, 3), mm."""
+    """Undo the bend: heart frame (n, 3), mm, to the frame of the straight long axis (n, 3), mm.
+
+    Parameters
+    ----------
+    shape : LvShape
+        A left ventricle.
+    points : (n, 3) float64
+        mm, heart frame.
+    """
     return _bent(shape, points, -1)
 
 
 def below_base(shape: LvShape, straight: Array) -> NDArray[np.bool_]:
-    """Which straightened points (n, 3), mm, lie on the ventricular side of the base, (n,)."""
+    """Which straightened points (n, 3), mm, lie on the ventricular side of the base, (n,).
+
+    Parameters
+    ----------
+    shape : LvShape
+        A left ventricle.
+    straight : (n, 3) float64
+        mm, frame of the straight long axis.
+    """
     return np.asarray(straight[:, 2] < _base_level(shape, straight[:, :2]))
 
 
@@ -138,6 +164,7 @@ def depth(surface: Ellipsoid, straight: Array) -> tuple[Array, Array, Array]:
     Parameters
     ----------
     surface : Ellipsoid
+        Endocardium or epicardium.
     straight : (n, 3) float64, mm
         Points in the frame of the straight long axis.
 
@@ -157,7 +184,15 @@ def depth(surface: Ellipsoid, straight: Array) -> tuple[Array, Array, Array]:
 
 
 def wall_point(surface: Ellipsoid, plane: Array) -> Array:
-    """Points (n, 3), mm, straight frame, at plane coordinates (n, 2) = polar * (cos, sin) angle."""
+    """Points (n, 3), mm, straight frame, at plane coordinates (n, 2) = polar * (cos, sin) angle.
+
+    Parameters
+    ----------
+    surface : Ellipsoid
+        Endocardium or epicardium.
+    plane : (n, 2) float64
+        Angle from the apex, rad, times the direction around.
+    """
     polar, angle = np.hypot(*plane.T), np.arctan2(plane[:, 1], plane[:, 0])
     radius = _section(surface, polar, angle)
     x, y = surface.center
@@ -171,7 +206,15 @@ def wall_point(surface: Ellipsoid, plane: Array) -> Array:
 
 
 def base_rim(shape: LvShape, surface: Ellipsoid) -> CubicSpline[np.float64]:
-    """Rim where a surface meets the base: angle about the long axis to distance from it, mm."""
+    """Rim where a surface meets the base: angle about the long axis to distance from it, mm.
+
+    Parameters
+    ----------
+    shape : LvShape
+        A left ventricle.
+    surface : Ellipsoid
+        Its endocardium or epicardium.
+    """
 
     def inside(radius: Array, angle: Array) -> NDArray[np.bool_]:
         return depth(surface, _straight_base(shape, radius[:, None] * _unit(angle)))[0] > 0

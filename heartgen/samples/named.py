@@ -41,6 +41,12 @@ def names(ventricles: int | None = None) -> tuple[str, ...]:
     ----------
     ventricles : {1, 2} or None
         Only hearts with so many ventricles; None for all.
+
+    Examples
+    --------
+    >>> from heartgen import samples
+    >>> samples.names(ventricles=2)
+    ('biv', 'dilated_rv', 'thick_lv', 'biv_tilted')
     """
     makers = {1: _LEFT, 2: _BOTH, None: _LEFT | _BOTH}
     if ventricles not in makers:
@@ -65,6 +71,13 @@ def load(name: str) -> Sample:
     ------
     InputError
         If there is no phantom of that name.
+
+    Examples
+    --------
+    >>> from heartgen import samples
+    >>> sample = samples.load("lifelike")
+    >>> sample.mask.name, sample.mask.spacing.tolist()
+    ('lifelike', [1.0, 1.0, 1.0])
     """
     makers = _LEFT | _BOTH
     if name not in makers:

@@ -46,6 +46,7 @@ class Curve(NamedTuple):
     tree : KDTree
         Search tree of its knots.
     closed : bool
+        Whether it ends where it begins.
     """
 
     spline: CubicSpline[np.float64]
@@ -54,7 +55,17 @@ class Curve(NamedTuple):
 
 
 def make_curve(angle: Array, points: Array, closed: bool) -> Curve:
-    """Curve through points (n, 3), mm, at rising angles (n,), rad; closed if first is last."""
+    """Curve through points (n, 3), mm, at rising angles (n,), rad; closed if first is last.
+
+    Parameters
+    ----------
+    angle : (n,) float64
+        Rising, rad.
+    points : (n, 3) float64
+        mm.
+    closed : bool
+        Whether the last point is the first.
+    """
     if closed:
         points = np.concatenate([points[:-1], points[:1]])
     spline = CubicSpline(angle, points, bc_type="periodic" if closed else "not-a-knot")
@@ -62,7 +73,15 @@ def make_curve(angle: Array, points: Array, closed: bool) -> Curve:
 
 
 def curve_distance(curve: Curve, points: Array) -> Array:
-    """Distance (n,), mm, from points (n, 3) to a curve: Newton from the nearest knot."""
+    """Distance (n,), mm, from points (n, 3) to a curve: Newton from the nearest knot.
+
+    Parameters
+    ----------
+    curve : Curve
+        In the frame of the points.
+    points : (n, 3) float64
+        mm.
+    """
     best, nearest = curve.tree.query(points)
     knots = curve.spline.x
     first, last = (-np.inf, np.inf) if curve.closed else (knots[0], knots[-1])
@@ -84,7 +103,9 @@ def closest(surface: Surface, points: Array, start: Array) -> Array:
     Parameters
     ----------
     surface : callable
+        Plane coordinates (n, 2) to points (n, 3), mm.
     points : (n, 3) float64, mm
+        In the frame of the surface.
     start : (n, 2) float64
         Plane coordinates near the answer.
 
@@ -105,7 +126,15 @@ def closest(surface: Surface, points: Array, start: Array) -> Array:
 
 
 def normal(surface: Surface, plane: Array) -> Array:
-    """Cross product of the two tangents at plane coordinates (n, 2): (n, 3), length = area."""
+    """Cross product of the two tangents at plane coordinates (n, 2): (n, 3), length = area.
+
+    Parameters
+    ----------
+    surface : callable
+        Plane coordinates (n, 2) to points (n, 3), mm.
+    plane : (n, 2) float64
+        Plane coordinates.
+    """
     ds, dt = np.eye(2) * STEP
     along_s = (surface(plane + ds) - surface(plane - ds)) / (2 * STEP)
     along_t = (surface(plane + dt) - surface(plane - dt)) / (2 * STEP)

@@ -40,7 +40,17 @@ CHECKS = 65
 
 
 class Piece(NamedTuple):
-    """A patch and what bounds it: its rim on the base and, if another wall meets it, its edge."""
+    """A patch and what bounds it: its rim on the base and, if another wall meets it, its edge.
+
+    Attributes
+    ----------
+    patch : Patch
+        The surface.
+    rim : Curve
+        Where it ends on the base, mm.
+    edge : Curve or None
+        Where another wall meets it, mm; None if none does.
+    """
 
     patch: Patch
     rim: Curve
@@ -112,7 +122,17 @@ def cut_out(shell: Surface, below: Gap, apart: Gap) -> Piece:
 
 
 def edge_of(shell: Surface, below: Gap, apart: Gap) -> Array:
-    """Points (n, 3), mm, along the edge that `cut_out` would find, from base to base."""
+    """Points (n, 3), mm, along the edge that `cut_out` would find, from base to base.
+
+    Parameters
+    ----------
+    shell : callable
+        Plane coordinates (n, 2) to points (n, 3), mm.
+    below : callable
+        Points (n, 3), mm, to a number (n,) that is positive below the base.
+    apart : callable
+        Likewise, positive apart from the other wall.
+    """
     return shell(_line(shell, apart, below))
 
 

@@ -85,7 +85,7 @@ def ideal_cup(
         Added to both semi-axes for the epicardium.
     base_height : float, mm
         Height of the basal plane above the widest level.
-    **placement
+    **placement : Placement
         Rotation, translation, scale, image axes and noise: see `Placement`.
 
     Returns
@@ -96,6 +96,15 @@ def ideal_cup(
     ------
     InputError
         If a size, the placement or the grid makes no heart.
+
+    Examples
+    --------
+    >>> from heartgen import samples
+    >>> cup = samples.ideal_cup((4.0, 4.0, 8.0), radius=25.0)
+    >>> cup.mask.spacing.tolist()
+    [4.0, 4.0, 8.0]
+    >>> round(cup.truth.cavity_volume / 1000)  # ml
+    116
     """
     if not (min(radius, length, wall) > 0 and abs(base_height) < length):
         raise InputError(
@@ -131,7 +140,7 @@ def lifelike_lv(
         Add ridges to the apical endocardium.
     valves : bool
         Let the rim rise and fall by up to 6 mm, so that the base needs truncation.
-    **placement
+    **placement : Placement
         Rotation, translation, scale, image axes and noise: see `Placement`.
 
     Returns
@@ -143,6 +152,16 @@ def lifelike_lv(
     ------
     InputError
         If the noise is not a probability, or the placement or the grid makes no heart.
+
+    Examples
+    --------
+    >>> from heartgen import samples
+    >>> plain = samples.lifelike_lv(4.0)
+    >>> muscled = samples.lifelike_lv(4.0, papillary=True)
+    >>> bool(muscled.mask.voxels.sum() > plain.mask.voxels.sum())
+    True
+    >>> muscled.truth.wall_volume == plain.truth.wall_volume
+    True
     """
     shape = replace(LIFELIKE, base_waves=VALVES) if valves else LIFELIKE
 

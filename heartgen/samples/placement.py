@@ -40,6 +40,13 @@ class Placement(TypedDict, total=False):
         Probability of flipping each voxel that has a face in common with the other label.
     seed : int
         Seed of the noise.
+
+    Examples
+    --------
+    >>> from heartgen import samples
+    >>> rabbit = samples.ideal_cup(1.0, scale=0.3, translation=(10.0, 0.0, 0.0))
+    >>> rabbit.truth.apex.round(3).tolist()
+    [10.0, 0.0, -18.0]
     """
 
     rotation: ArrayLike | int | None
@@ -69,11 +76,23 @@ class Pose:
     scale: float
 
     def to_world(self, points: Array) -> Array:
-        """World coordinates (n, 3), mm, LPS, of points (n, 3) in the heart frame, mm."""
+        """World coordinates (n, 3), mm, LPS, of points (n, 3) in the heart frame, mm.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            mm, heart frame.
+        """
         return self.scale * points @ self.rotation.T + self.translation
 
     def to_heart(self, points: Array) -> Array:
-        """Heart frame coordinates (n, 3), mm, of world points (n, 3), mm, LPS."""
+        """Heart frame coordinates (n, 3), mm, of world points (n, 3), mm, LPS.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            mm, world (LPS).
+        """
         return (points - self.translation) @ self.rotation / self.scale
 
 
@@ -85,7 +104,9 @@ def make_pose(rotation: ArrayLike | int | None, translation: ArrayLike, scale: f
     rotation : (3, 3) array, int or None
         Rotation matrix, seed of a random rotation, or None for none.
     translation : (3,) array, mm, world (LPS)
+        To where the origin of the heart frame goes.
     scale : float
+        Factor of all lengths.
 
     Returns
     -------

@@ -44,7 +44,13 @@ class Plate:
     area: float
 
     def samples(self, n: int) -> tuple[Array, Array]:
-        """Even samples (n, 3), mm, and the area (n,), mm^2, that each stands for."""
+        """Even samples (n, 3), mm, and the area (n,), mm^2, that each stands for.
+
+        Parameters
+        ----------
+        n : int
+            How many.
+        """
         knots = np.concatenate([(rim.tree.data - self.center) @ self.axes for rim in self.rims])
         low, high = knots[:, :2].min(axis=0), knots[:, :2].max(axis=0)
         found = np.empty((0, 3))
@@ -58,7 +64,13 @@ class Plate:
         return found[:n], np.full(n, self.area / n)
 
     def distance(self, points: Array) -> Array:
-        """Distance (n,), mm, from points (n, 3), mm."""
+        """Distance (n,), mm, from points (n, 3), mm.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            mm, in the frame of the plate.
+        """
         height = (points - self.center) @ self.axes[:, 2]
         over = self.holds(points - height[:, None] * self.axes[:, 2])
         best = np.where(over, np.abs(height), np.inf)

@@ -31,10 +31,24 @@ class Region(Protocol):
         """Whether v = 1 joins v = 0 smoothly."""
 
     def place(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """Plane coordinates (n, 2), and area per unit of (q, v), (n,), at shares of 0 to 1."""
+        """Plane coordinates (n, 2), and area per unit of (q, v), (n,), at shares of 0 to 1.
+
+        Parameters
+        ----------
+        q : (n,) float64
+            Share of the way across the region.
+        v : (n,) float64
+            Share of the way along it.
+        """
 
     def holds(self, plane: Array) -> Flags:
-        """Which plane coordinates (n, 2) lie in the region, (n,)."""
+        """Which plane coordinates (n, 2) lie in the region, (n,).
+
+        Parameters
+        ----------
+        plane : (n, 2) float64
+            Plane coordinates.
+        """
 
     def borders(self) -> list[tuple[Array, Array]]:
         """Rising parameters (n,) and plane coordinates (n, 2) of each smooth bounding curve."""
@@ -61,7 +75,15 @@ class Polar:
         return True
 
     def place(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """Share q of each ray at share v of a turn."""
+        """Share q of each ray at share v of a turn.
+
+        Parameters
+        ----------
+        q : (n,) float64
+            Share of the way from the inner to the outer boundary.
+        v : (n,) float64
+            Share of a turn.
+        """
         angle = 2 * np.pi * v
         inner = np.zeros_like(angle) if self.inner is None else self.inner(angle)
         width = self.outer(angle) - inner
@@ -69,7 +91,13 @@ class Polar:
         return _polar(radius, angle), 2 * np.pi * radius * width
 
     def holds(self, plane: Array) -> Flags:
-        """Compare the radius with both boundaries."""
+        """Compare the radius with both boundaries.
+
+        Parameters
+        ----------
+        plane : (n, 2) float64
+            Plane coordinates.
+        """
         angle = np.arctan2(plane[:, 1], plane[:, 0])
         radius = np.linalg.norm(plane, axis=1)
         above = True if self.inner is None else radius >= self.inner(angle)
@@ -104,7 +132,15 @@ class Ruled:
         return False
 
     def place(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """Share q of the line at share v of both curves."""
+        """Share q of the line at share v of both curves.
+
+        Parameters
+        ----------
+        q : (n,) float64
+            Share of the way from the edge to the rim.
+        v : (n,) float64
+            Share of the way along both curves.
+        """
         part = q[:, None]
         lines = self.rim(v) - self.edge(v)
         across = (1 - part) * self.edge(v, 1) + part * self.rim(v, 1)
@@ -112,7 +148,13 @@ class Ruled:
         return self.edge(v) + part * lines, np.abs(stretch)
 
     def holds(self, plane: Array) -> Flags:
-        """Ask the gap."""
+        """Ask the gap.
+
+        Parameters
+        ----------
+        plane : (n, 2) float64
+            Plane coordinates.
+        """
         return np.asarray(self.gap(plane) > 0)
 
     def borders(self) -> list[tuple[Array, Array]]:
@@ -122,7 +164,15 @@ class Ruled:
 
 
 def last_inside(inside: Callable[[Array, Array], Flags], limit: float) -> CubicSpline[np.float64]:
-    """Periodic spline over the angle of the radius, between 0 and limit, where inside ends."""
+    """Periodic spline over the angle of the radius, between 0 and limit, where inside ends.
+
+    Parameters
+    ----------
+    inside : callable
+        Whether places are inside, (n,) bool, by their radius (n,) and angle (n,), rad.
+    limit : float
+        Largest radius.
+    """
     angle = np.linspace(0, 2 * np.pi, RIM_KNOTS + 1)
     low, high = np.zeros_like(angle), np.full_like(angle, limit)
     for _ in range(BISECTIONS):

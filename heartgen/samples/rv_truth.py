@@ -44,6 +44,13 @@ class RightVentricle:
         Where the two parts of the epicardium meet, at the same height.
     groove_angles : (2,) float64, rad
         Their angles.
+
+    Examples
+    --------
+    >>> from heartgen import samples
+    >>> right = samples.biv(6.0).truth.rv
+    >>> right.wall, right.septum, right.insertions.shape
+    (3.0, 10.0, (2, 3))
     """
 
     cavity_volume: float
@@ -61,7 +68,15 @@ class RightVentricle:
 
 
 def right_ventricle(shape: BivShape, pose: Pose) -> RightVentricle:
-    """Measure the right ventricle of a shape and place it in the world."""
+    """Measure the right ventricle of a shape and place it in the world.
+
+    Parameters
+    ----------
+    shape : BivShape
+        Both ventricles.
+    pose : Pose
+        Heart frame to world.
+    """
     apex = right_apex(shape)
     left, right = shape.centroids
     towards = (right - left) * [1.0, 1.0, 0.0]

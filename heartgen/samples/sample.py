@@ -32,6 +32,13 @@ class Sample:
         The smooth wall behind them.
     description : str
         One sentence about what it looks like.
+
+    Examples
+    --------
+    >>> from heartgen import samples
+    >>> sample = samples.ideal_cup(4.0)
+    >>> sample.mask.voxels.shape, sample.description
+    ((24, 24, 31), 'Truncated ellipsoidal shell with a flat base.')
     """
 
     mask: Mask
@@ -67,8 +74,8 @@ def make_sample(
         Name of the mask.
     description : str
         One sentence.
-    rotation, translation, scale, direction, noise, seed
-        See `Placement`.
+    rotation, translation, scale, direction, noise, seed : as in `Placement`
+        How the heart lies in the world and under the voxels.
 
     Returns
     -------

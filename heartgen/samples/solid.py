@@ -46,12 +46,26 @@ class Solid:
         return np.asarray(Rotation.from_euler("yz", [self.lean, self.skew]).as_matrix())
 
     def own(self, points: Array) -> Array:
-        """Coordinates (n, 3), mm, along the own axes, from the center."""
+        """Coordinates (n, 3), mm, along the own axes, from the center.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            mm, heart frame.
+        """
         return np.asarray((points - np.asarray(self.center)) @ self.axes)
 
 
 def level(solid: Solid, points: Array) -> Array:
-    """Distance from the center, (n,), as a share of the surface's in that direction."""
+    """Distance from the center, (n,), as a share of the surface's in that direction.
+
+    Parameters
+    ----------
+    solid : Solid
+        The ellipsoid.
+    points : (n, 3) float64
+        mm, heart frame.
+    """
     return np.asarray(np.linalg.norm(solid.own(points) / np.asarray(solid.semi), axis=1))
 
 
@@ -64,7 +78,9 @@ def distance(solid: Solid, points: Array) -> Array:
     Parameters
     ----------
     solid : Solid
+        The ellipsoid.
     points : (n, 3) float64, mm
+        In the heart frame.
 
     Returns
     -------
@@ -91,6 +107,15 @@ def within(solid: Solid, offset: float, points: Array) -> NDArray[np.bool_]:
     """Which points (n, 3), mm, lie closer than the offset, mm, to an ellipsoid or inside it, (n,).
 
     The level bounds the distance from both sides; only points between the bounds need it exactly.
+
+    Parameters
+    ----------
+    solid : Solid
+        The ellipsoid.
+    offset : float
+        mm, outwards.
+    points : (n, 3) float64
+        mm, heart frame.
     """
     excess = level(solid, points) - 1
     inside = excess * max(solid.semi) < offset
@@ -105,6 +130,7 @@ def shell_point(solid: Solid, offset: float, plane: Array) -> Array:
     Parameters
     ----------
     solid : Solid
+        The ellipsoid.
     offset : float, mm
         Distance outwards from the ellipsoid.
     plane : (n, 2) float64, rad
@@ -119,7 +145,15 @@ def shell_point(solid: Solid, offset: float, plane: Array) -> Array:
 
 
 def lowest_point(solid: Solid, offset: float) -> Array:
-    """Point (3,), mm, of least z of the surface parallel to an ellipsoid."""
+    """Point (3,), mm, of least z of the surface parallel to an ellipsoid.
+
+    Parameters
+    ----------
+    solid : Solid
+        The ellipsoid.
+    offset : float
+        Distance outwards from the ellipsoid, mm.
+    """
     down = -solid.axes[2]
     support = np.asarray(solid.semi) ** 2 * down
     own = support / np.sqrt(support @ down) + offset * down

@@ -52,6 +52,7 @@ class Patch:
     point : callable
         Plane coordinates (n, 2) to points (n, 3), mm; smooth on and a little beyond the region.
     region : Region
+        Of plane coordinates.
     """
 
     point: Surface
@@ -113,6 +114,7 @@ class Patch:
         Parameters
         ----------
         points : (n, 3) float64, mm
+            In the frame of the patch.
 
         Returns
         -------

@@ -64,6 +64,15 @@ class Truth:
         The wall in the heart frame.
     pose : Pose
         Where it stands in the world.
+
+    Examples
+    --------
+    >>> from heartgen import samples
+    >>> truth = samples.ideal_cup(4.0).truth
+    >>> truth.apex.round(3).tolist(), truth.long_axis.tolist()
+    ([0.0, 0.0, -60.0], [0.0, 0.0, 1.0])
+    >>> truth.distance([[0.0, 0.0, -65.0]]).round(2).tolist()  # in the middle of the wall
+    [5.0]
     """
 
     shape: Heart
@@ -116,7 +125,13 @@ class Truth:
         return tuple(self.pose.to_world(rim) for rim in self.shape.rims)
 
     def area(self, surface: str = "all") -> float:
-        """Area of the external surface or a part of it, mm^2."""
+        """Area of the external surface or a part of it, mm^2.
+
+        Parameters
+        ----------
+        surface : str
+            Which part, or ``"all"``.
+        """
         return self.pose.scale**2 * sum(piece.area for piece in self._pieces(surface))
 
     def surface(self, n: int, surface: str = "all") -> tuple[Array, Array]:
@@ -157,6 +172,7 @@ class Truth:
         Parameters
         ----------
         points : (n, 3) array, mm, world (LPS)
+            Where to measure from.
         surface : str
             Which part, or ``"all"``; each ends at its rims.
 

@@ -53,6 +53,7 @@ def biventricular_template(
     graded : bool
         Whether the depth across the left ventricle's wall is graded for quality; otherwise linear.
     apex : {"collapsed", "hole", "patch"}
+        In a pole, a hole or a square patch.
     hole : float
         Radius of the apical hole on the left endocardium, mm.
     shape : TruncatedEllipsoid, optional

@@ -65,7 +65,9 @@ class BiventricularSurface:
     Attributes
     ----------
     grid : RayGrid
+        Rays from the left endocardium.
     opening : RvAttachment
+        Where the right ventricle is attached.
     rows : PchipInterpolator
         Row coordinate of the rays from that of the mesh.
     bottom : float
@@ -93,7 +95,13 @@ class BiventricularSurface:
     free_wall: float
 
     def surfaces(self, column: Array, row: Array) -> tuple[Array, Array, Array, Array]:
-        """Left endocardium, septum, free wall and epicardium at coordinates (n,): four (n, 3)."""
+        """Left endocardium, septum, free wall and epicardium at coordinates (n,): four (n, 3).
+
+        Parameters
+        ----------
+        column, row : (n,) float64
+            Coordinates, of the mesh.
+        """
         row = np.asarray(self.rows(row))
         height = _height(row, self.bottom, self.along)
         low, high = _sides(self.insertion, height)
@@ -128,7 +136,9 @@ def fit_biventricular_surface(
     Parameters
     ----------
     grid : RayGrid
+        The rays.
     intersections : RayIntersections
+        What they met.
     elements : (int, int, int)
         Elements (radial, circumferential, longitudinal).
     free_wall : float

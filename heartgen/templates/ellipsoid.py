@@ -119,7 +119,13 @@ class TruncatedEllipsoid:
     limited: tuple[str, ...] = ()
 
     def semi_axes(self, depth: float) -> tuple[NDArray[np.float64], float, float]:
-        """Section (2, 2), semi-axis and base angle at a depth: 0 endocardium, 1 epicardium."""
+        """Section (2, 2), semi-axis and base angle at a depth: 0 endocardium, 1 epicardium.
+
+        Parameters
+        ----------
+        depth : float
+            0 endocardium, 1 epicardium.
+        """
         axis = self.axis + depth * self.apex
         section = self.section + depth * self.wall * np.eye(2)
         return section, axis, float(np.arccos(-self.cut * self.axis / axis))
@@ -127,13 +133,27 @@ class TruncatedEllipsoid:
     def profile(
         self, polar: NDArray[np.float64], depth: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Relative radius (n,) at polar angles (n,), and its derivative."""
+        """Relative radius (n,) at polar angles (n,), and its derivative.
+
+        Parameters
+        ----------
+        polar : (n,) float64
+            Angle from the apex, rad.
+        depth : float
+            0 endocardium, 1 epicardium.
+        """
         taper = (1 - depth) * self.taper[0] + depth * self.taper[1]
         value = np.sin(polar) * (1 + taper * np.cos(polar))
         return value, np.cos(polar) + taper * np.cos(2 * polar)
 
     def middle(self, depth: float) -> NDArray[np.float64]:
-        """Middle of the sections at a depth: coefficients (5, 2) of the powers of the height."""
+        """Middle of the sections at a depth: coefficients (5, 2) of the powers of the height.
+
+        Parameters
+        ----------
+        depth : float
+            0 endocardium, 1 epicardium.
+        """
         out = (1 - depth) * self.sway
         out[:3] += [self.center, self.lean, self.bend]
         return np.asarray(out)
@@ -141,7 +161,17 @@ class TruncatedEllipsoid:
     def points(
         self, angle: NDArray[np.float64], polar: NDArray[np.float64], depth: float
     ) -> NDArray[np.float64]:
-        """Surface points (n, 3) at angles around (n,) and polar angles (n,), heart frame, mm."""
+        """Surface points (n, 3) at angles around (n,) and polar angles (n,), heart frame, mm.
+
+        Parameters
+        ----------
+        angle : (n,) float64
+            Around the axis, rad.
+        polar : (n,) float64
+            Angle from the apex, rad.
+        depth : float
+            0 endocardium, 1 epicardium.
+        """
         section, axis, _ = self.semi_axes(depth)
         z = -self.cut * self.axis - axis * np.cos(polar)
         ring = np.stack([np.cos(angle), np.sin(angle)], -1) @ section.T
@@ -158,6 +188,7 @@ def fit_ellipsoid(anatomy: Anatomy) -> TruncatedEllipsoid:
     Parameters
     ----------
     anatomy : Anatomy
+        The patient's heart, measured.
 
     Returns
     -------
@@ -231,7 +262,15 @@ def fit_ellipsoid(anatomy: Anatomy) -> TruncatedEllipsoid:
 
 
 def pool_sway(shape: TruncatedEllipsoid, anatomy: Anatomy) -> NDArray[np.float64]:
-    """How the pool sways about the axis of an ellipsoid, (5, 2); zero if it hardly does."""
+    """How the pool sways about the axis of an ellipsoid, (5, 2); zero if it hardly does.
+
+    Parameters
+    ----------
+    shape : TruncatedEllipsoid
+        Fitted to the heart.
+    anatomy : Anatomy
+        The patient's heart, measured.
+    """
     pool = anatomy.surfaces["lv_endo"]
     edges = np.linspace(-anatomy.length, 0, SECTIONS + 1)
     index = np.argwhere(pool.values < 0).astype(float)

@@ -40,11 +40,13 @@ def lv_template(
     Parameters
     ----------
     anatomy : Anatomy
+        The patient's heart, measured.
     elements : (int, int, int)
         Elements (radial, circumferential, longitudinal).
     graded : bool
         Whether the elements' depth across the wall is graded for quality; otherwise linear.
     apex : {"collapsed", "hole", "patch"}
+        In a pole, a hole or a square patch.
     hole : float
         Radius of the apical hole on the endocardium, mm.
     shape : TruncatedEllipsoid, optional
@@ -71,11 +73,13 @@ def ellipsoid_mesh(
     Parameters
     ----------
     shape : TruncatedEllipsoid
+        Heart's frame, mm.
     elements : (int, int, int)
         Elements (radial, circumferential, longitudinal).
     graded : bool
         Whether the elements' depth across the wall is graded for quality; otherwise linear.
     apex : {"collapsed", "hole", "patch"}
+        In a pole, a hole or a square patch.
     hole : float
         Radius of the apical hole on the endocardium, mm.
 

@@ -64,6 +64,7 @@ class Meridians:
     Attributes
     ----------
     shape : TruncatedEllipsoid
+        Between whose surfaces they lie.
     dofs : (2, rows + 1, 2, 2) float64
         On each surface, at each row's end: value and slope by row of (mean radius, height), mm,
         heart frame.
@@ -81,7 +82,15 @@ class Meridians:
         return int(self.dofs.shape[1]) - 1
 
     def polar(self, surface: int, row: Array) -> Array:
-        """Polar angle (n,), rad, on one of the two surfaces at row coordinates (n,)."""
+        """Polar angle (n,), rad, on one of the two surfaces at row coordinates (n,).
+
+        Parameters
+        ----------
+        surface : {0, 1}
+            Endocardium, epicardium.
+        row : (n,) float64
+            From the apex to the base.
+        """
         cell = np.clip(np.floor(row).astype(int), 0, self.rows - 1)
         dofs = self.dofs[surface]
         hermite = np.concatenate([dofs[cell], dofs[cell + 1]], axis=1)
@@ -103,12 +112,14 @@ def best_meridians(
     Parameters
     ----------
     shape : TruncatedEllipsoid
+        Of the template.
     elements : (int, int, int)
         Elements (radial, circumferential, longitudinal).
     graded : bool
         Whether the depth across the wall may be graded; otherwise it is linear. Around a hole, the
         grading changes from row to row.
     apex : {"collapsed", "hole"}
+        In poles or a hole.
     hole : float
         Radius of the apical hole on the endocardium, mm.
 

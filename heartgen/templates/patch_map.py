@@ -58,6 +58,7 @@ class ApicalPatchMap:
     Attributes
     ----------
     chart : SurfaceChart
+        With a square patch at the apex.
     dofs : (n, 2) float64
         Degrees of freedom of the map of the chart onto the disc.
     radius : PchipInterpolator
@@ -69,7 +70,13 @@ class ApicalPatchMap:
     radius: PchipInterpolator
 
     def polar(self, uv: Array) -> tuple[Array, Array]:
-        """Angles (f, q), rad, and rows (f, q) at parameters (q, 2) of every face."""
+        """Angles (f, q), rad, and rows (f, q) at parameters (q, 2) of every face.
+
+        Parameters
+        ----------
+        uv : (q, 2) float64
+            Parameters in the unit square.
+        """
         x, y = np.moveaxis(evaluate(self.chart, uv) @ self.dofs, -1, 0)
         shape = (self.chart.n_faces, len(uv))
         row = _inverse(self.radius)(np.hypot(x, y))
@@ -77,7 +84,15 @@ class ApicalPatchMap:
 
 
 def radius_of(polar: Callable[[Array], Array], along: int) -> PchipInterpolator:
-    """Distance from the middle of the disc at rows, from the angle from the apex at rows (n,)."""
+    """Distance from the middle of the disc at rows, from the angle from the apex at rows (n,).
+
+    Parameters
+    ----------
+    polar : callable
+        Angle from the apex, rad, at rows (n,).
+    along : int
+        Rows.
+    """
     rows = np.linspace(0, along, along * PER_ROW + 1)
     return PchipInterpolator(rows, polar(rows) / polar(np.ones(1)))
 
@@ -148,19 +163,43 @@ def fit_patch_map(
 
 
 class Fit:
-    """Least-squares fit of the degrees of freedom of a chart to values at points of its faces."""
+    """Least-squares fit of the degrees of freedom of a chart to values at points of its faces.
+
+    Parameters
+    ----------
+    chart : SurfaceChart
+        Of the surface.
+    uv : (q, 2) float64
+        Parameters of the points on every face.
+    """
 
     def __init__(self, chart: SurfaceChart, uv: Array) -> None:
         self._basis = evaluate(chart, uv)
         self._solve = spla.splu(sp.csc_array(self._basis.T @ self._basis)).solve
 
     def dofs(self, values: Array) -> Array:
-        """Degrees of freedom (n, d) from values (f q, d)."""
+        """Degrees of freedom (n, d) from values (f q, d).
+
+        Parameters
+        ----------
+        values : (f q, d) float64
+            At the points of every face.
+        """
         return np.asarray(self._solve(np.asarray(self._basis.T @ values)))
 
 
 def evaluate(chart: SurfaceChart, uv: Array, derivative: tuple[int, int] = (0, 0)) -> sp.csr_array:
-    """Functions (f q, n) of a chart, or a derivative, at parameters (q, 2) of every face."""
+    """Functions (f q, n) of a chart, or a derivative, at parameters (q, 2) of every face.
+
+    Parameters
+    ----------
+    chart : SurfaceChart
+        Of the surface.
+    uv : (q, 2) float64
+        Parameters in the unit square.
+    derivative : (int, int)
+        Order along u and v.
+    """
     basis = sp.csr_array(tabulate_face(uv, derivative))
     return sp.csr_array(sp.kron(sp.eye_array(chart.n_faces), basis) @ chart.extraction)
 

@@ -32,6 +32,7 @@ class RayGrid:
     Attributes
     ----------
     shape : TruncatedEllipsoid
+        Where the rays start; heart's frame, mm.
     spacing : Spacing or Meridians
         Where the rows of elements lie on its two surfaces.
     """
@@ -42,7 +43,15 @@ class RayGrid:
     def rays(
         self, angle: NDArray[np.float64], row: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Starts (n, 3), heart frame, mm, and unit directions (n, 3) at angles and rows (n,)."""
+        """Starts (n, 3), heart frame, mm, and unit directions (n, 3) at angles and rows (n,).
+
+        Parameters
+        ----------
+        angle : (n,) float64
+            Around the axis, rad.
+        row : (n,) float64
+            From the apex to the base.
+        """
         start, end = (
             self.shape.points(angle, self.spacing.polar(surface, row), surface)
             for surface in (0, 1)
@@ -76,7 +85,13 @@ class RayIntersections:
     miss: NDArray[np.float64]
 
     def edges(self, row: int) -> tuple[float, float]:
-        """Angles between which the widest run of rays of a row meets the right pool, rad."""
+        """Angles between which the widest run of rays of a row meets the right pool, rad.
+
+        Parameters
+        ----------
+        row : int
+            Number of the row of rays, from 0.
+        """
         hit = np.isfinite(self.entry[row])
         if not hit.any():
             return 0.0, 0.0
@@ -109,6 +124,7 @@ def cast_rays(anatomy: Anatomy, grid: RayGrid) -> RayIntersections:
     anatomy : Anatomy
         With a right ventricle.
     grid : RayGrid
+        The rays.
 
     Returns
     -------

@@ -74,7 +74,15 @@ class Spacing:
         return out
 
     def polar(self, surface: int, row: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Polar angle (n,), rad, on one of the two surfaces at row coordinates (n,)."""
+        """Polar angle (n,), rad, on one of the two surfaces at row coordinates (n,).
+
+        Parameters
+        ----------
+        surface : {0, 1}
+            Endocardium, epicardium.
+        row : (n,) float64
+            From the apex to the base.
+        """
         hermite = self.hermite()[surface]
         cell = np.clip(np.floor(row).astype(int), 0, len(hermite) - 1)
         coefficients = hermite[cell] @ HERMITE_TO_BERNSTEIN.T
@@ -94,11 +102,13 @@ def best_spacing(
     Parameters
     ----------
     shape : TruncatedEllipsoid
+        Of the template.
     elements : (int, int, int)
         Elements (radial, circumferential, longitudinal).
     graded : bool
         Whether the depth across the wall may be graded; otherwise it is linear.
     apex : {"collapsed", "hole", "patch"}
+        In poles, a hole or a square patch.
     hole : float
         Radius of the apical hole on the endocardium, mm.
     by_row : bool
@@ -156,6 +166,17 @@ def even_rows(
     shape: TruncatedEllipsoid, rows: int, apex: Apex = "collapsed", hole: float = 0.0
 ) -> NDArray[np.float64]:
     """Polar angles (2, rows + 1), rad, of evenly spaced rows on endo- and epicardium.
+
+    Parameters
+    ----------
+    shape : TruncatedEllipsoid
+        Of the template.
+    rows : int
+        Number of rows.
+    apex : {"collapsed", "hole", "patch"}
+        In poles, a hole or a square patch.
+    hole : float
+        Radius of the apical hole on the endocardium, mm.
 
     Raises
     ------

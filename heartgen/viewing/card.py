@@ -53,14 +53,28 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Section:
-    """Rows of a name and a value under a title."""
+    """Rows of a name and a value under a title.
+
+    Attributes
+    ----------
+    title : str
+        Of the table.
+    rows : tuple of (str, str)
+        Name and value of each measure.
+    """
 
     title: str
     rows: tuple[tuple[str, str], ...]
 
 
 def verdict(report: Report) -> Verdict:
-    """The status of a result, and how it is to be colored."""
+    """The status of a result, and how it is to be colored.
+
+    Parameters
+    ----------
+    report : Report
+        Of a fitted mesh.
+    """
     if not report.quality.valid:
         return Verdict("bad", report.status)
     return Verdict("good" if report.success else "doubtful", report.status)
@@ -72,7 +86,13 @@ def _raw(raw: float | None) -> tuple[tuple[str, str], ...]:
 
 
 def sections(report: Report) -> tuple[Section, ...]:
-    """Accuracy, quality, fairness, the heart's sizes and the time taken."""
+    """Accuracy, quality, fairness, the heart's sizes and the time taken.
+
+    Parameters
+    ----------
+    report : Report
+        Of a fitted mesh.
+    """
     a, q, m = report.accuracy, report.quality, report.measurements
     truncation = "none" if m.truncation is None else f"{number(m.truncation)} mm below the rim"
     return (
@@ -194,10 +214,22 @@ def _listed(i: Indices, segments: Iterable[int]) -> str:
 
 
 def number(value: float) -> str:
-    """A measurement with three significant digits, never in powers of ten above one."""
+    """A measurement with three significant digits, never in powers of ten above one.
+
+    Parameters
+    ----------
+    value : float
+        In the unit in which it is shown.
+    """
     return f"{value:#.{DIGITS}g}".rstrip(".") if abs(value) < 10**DIGITS else f"{value:.0f}"
 
 
 def degrees(angle: float) -> str:
-    """An angle in degrees, to a tenth."""
+    """An angle in degrees, to a tenth.
+
+    Parameters
+    ----------
+    angle : float
+        Degrees.
+    """
     return f"{angle:.1f}°"

@@ -45,7 +45,9 @@ def plot_fibers(
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     rule : FiberRule, optional
+        Fiber angles; the usual ones if omitted.
     screenshot : path, optional
         Write a picture there (PNG); otherwise the scene is made, to be shown or changed further.
     window_size : (int, int)
@@ -72,7 +74,21 @@ def plot_fibers(
 def add_fibers(
     plotter: Any, mesh: HexMesh, depth: str, rule: FiberRule | None = None, key: bool = True
 ) -> None:
-    """Fibers as glyphs on a sheet in the wall, at one of `DEPTHS`, colored by the helix angle."""
+    """Fibers as glyphs on a sheet in the wall, at one of `DEPTHS`, colored by the helix angle.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+        Drawn into.
+    mesh : HexMesh
+        mm, world (LPS).
+    depth : str
+        Name of the sheet, one of `DEPTHS`.
+    rule : FiberRule, optional
+        Fiber angles; the usual ones if omitted.
+    key : bool
+        Show what the colors mean.
+    """
     rule = rule or FiberRule()
     helix = MeshField("helix", helix_angle(wall_of(mesh), rule)[..., None])
     fiber = MeshField("fiber", fiber_frames(mesh, rule)[..., 0])

@@ -58,6 +58,7 @@ class FieldStyle:
     of : str
         Name under which `heartgen.fields.make_fields` makes it.
     title : str
+        Of the color scale, with the unit.
     colors : str
         A map of matplotlib that the color-blind can read.
     limits : (float, float) or None
@@ -98,6 +99,7 @@ def plot_field(
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     color : str
         One of `FIELD_STYLES`, or ``"aha"``.
     septal_direction : (3,) float, optional
@@ -134,7 +136,13 @@ def plot_field(
 
 
 def segment_color(segment: int) -> str:
-    """Color of an AHA segment: neighbors differ, around and from level to level."""
+    """Color of an AHA segment: neighbors differ, around and from level to level.
+
+    Parameters
+    ----------
+    segment : int
+        1 to 17, or 0 for none.
+    """
     if segment == NO_SEGMENT:
         return MESH
     level, place = divmod(segment - 1, AROUND)
@@ -142,7 +150,15 @@ def segment_color(segment: int) -> str:
 
 
 def empty_scene(window_size: tuple[int, int], **options: Any) -> pv.Plotter:
-    """An empty white scene that opens no window."""
+    """An empty white scene that opens no window.
+
+    Parameters
+    ----------
+    window_size : (int, int)
+        Pixels.
+    **options : object
+        Passed on to `pyvista.Plotter`.
+    """
     with pv.vtk_verbosity("off"):  # that there is no screen is no news
         plotter: Any = pv.Plotter(off_screen=True, window_size=list(window_size), **options)
     plotter.set_background("white", all_renderers=True)
@@ -150,7 +166,15 @@ def empty_scene(window_size: tuple[int, int], **options: Any) -> pv.Plotter:
 
 
 def finished(plotter: pv.Plotter, screenshot: str | Path | None) -> pv.Plotter:
-    """The scene, and its picture if one was asked for."""
+    """The scene, and its picture if one was asked for.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+        Holds the scene.
+    screenshot : path or None
+        Picture to write (PNG); None for none.
+    """
     if screenshot is not None:
         require_graphics(plotter)
         plotter.screenshot(filename=screenshot)
@@ -158,7 +182,13 @@ def finished(plotter: pv.Plotter, screenshot: str | Path | None) -> pv.Plotter:
 
 
 def frame_of(axes: HeartAxes) -> Array:
-    """Heart to world (4, 4): x to the septum, y to the anterior wall, z to the base."""
+    """Heart to world (4, 4): x to the septum, y to the anterior wall, z to the base.
+
+    Parameters
+    ----------
+    axes : HeartAxes
+        Of the left ventricle.
+    """
     frame = np.eye(4)
     frame[:3, :3] = np.stack([axes.septal, axes.anterior, axes.longitudinal], -1)
     frame[:3, 3] = axes.base
@@ -172,7 +202,21 @@ def add_scalars(
     septal_direction: Sequence[float] | None = None,
     key: bool = True,
 ) -> None:
-    """The surface colored by a scalar field, with the key."""
+    """The surface colored by a scalar field, with the key.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+        Drawn into.
+    mesh : HexMesh
+        mm, world (LPS).
+    look : FieldStyle
+        Which field, and how it is shown.
+    septal_direction : (3,) float, optional
+        Towards the septum, world (LPS), where no right ventricle tells it.
+    key : bool
+        Show what the colors mean.
+    """
     made = {
         field.name: field
         for field in make_fields(mesh, [look.of], septal_direction=septal_direction)
@@ -193,7 +237,17 @@ def add_scalars(
 
 
 def add_segments(plotter: Any, mesh: HexMesh, axes: HeartAxes) -> None:
-    """The surface colored by the segments of the elements, with their numbers."""
+    """The surface colored by the segments of the elements, with their numbers.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+        Drawn into.
+    mesh : HexMesh
+        mm, world (LPS).
+    axes : HeartAxes
+        Of the left ventricle.
+    """
     surface, faces = mesh_surface(mesh), mesh.topology.external
     segment = segments_of_elements(mesh, axes)[faces[:, 0]]
     colors = np.array([pv.Color(segment_color(int(s))).int_rgb for s in segment])

@@ -43,6 +43,7 @@ def draw_histograms(result: Personalization) -> Figure:
     Parameters
     ----------
     result : Personalization
+        A fitted mesh and its report.
 
     Returns
     -------

@@ -34,6 +34,7 @@ def compare_html(
     Parameters
     ----------
     comparison : Comparison
+        What the page shows.
     meshes : sequence of HexMesh
         That were compared, in the same order.
     path : path
@@ -76,7 +77,15 @@ def compare_html(
 
 
 def plot_change(large: HexMesh, small: HexMesh) -> pv.Plotter:
-    """Show one mesh through another, upright; opens no window."""
+    """Show one mesh through another, upright; opens no window.
+
+    Parameters
+    ----------
+    large : HexMesh
+        Drawn as lines around the other; mm, world (LPS).
+    small : HexMesh
+        Drawn as a surface; mm, world (LPS).
+    """
     plotter: Any = empty_scene((900, 900))
     plotter.add_mesh(mesh_surface(small), color=SMALL, name="small", **SURFACE_LOOK)
     add_edges(plotter, small, DARK)

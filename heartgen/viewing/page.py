@@ -47,6 +47,7 @@ def view_html(result: Personalization, path: str | Path) -> Path:
     Parameters
     ----------
     result : Personalization
+        A fitted mesh and its report.
     path : path
         The file appears whole or not at all.
 
@@ -69,7 +70,19 @@ def view_html(result: Personalization, path: str | Path) -> Path:
 
 
 def fill_page(template: str, path: str | Path, scene: str, **fields: str) -> Path:
-    """Write a page with a scene and what else a template of this package asks for."""
+    """Write a page with a scene and what else a template of this package asks for.
+
+    Parameters
+    ----------
+    template : str
+        File name of the template.
+    path : path
+        File to write.
+    scene : str
+        A page of its own, as of `scene_page`.
+    **fields : str
+        What the template's other places are filled with, by name.
+    """
     text, style = (
         files("heartgen.viewing").joinpath(name).read_text(encoding="utf-8")
         for name in (template, "page.css")
@@ -103,7 +116,13 @@ def _fields(report: Report, scale: Scale) -> dict[str, str]:
 
 
 def section_table(section: Section) -> str:
-    """A titled table."""
+    """A titled table.
+
+    Parameters
+    ----------
+    section : Section
+        Title and rows.
+    """
     rows = "".join(
         f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
         for name, value in section.rows
@@ -112,13 +131,25 @@ def section_table(section: Section) -> str:
 
 
 def gradient(scale: Scale) -> str:
-    """Colors of a scale, from its lower end on, as a page takes them."""
+    """Colors of a scale, from its lower end on, as a page takes them.
+
+    Parameters
+    ----------
+    scale : Scale
+        Of a quantity.
+    """
     colors = matplotlib.colormaps[scale.colors]
     return ", ".join(to_hex(colors(i / (STOPS - 1))) for i in range(STOPS))
 
 
 def scene_page(plotter: pv.Plotter) -> str:
-    """Make a page of vtk.js that shows what a plotter holds, all in one text."""
+    """Make a page of vtk.js that shows what a plotter holds, all in one text.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+        Holds the scene.
+    """
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("index.json", json.dumps(_scene(plotter.render_window)))

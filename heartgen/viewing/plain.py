@@ -26,7 +26,9 @@ def to_pyvista(mesh: HexMesh, fields: Iterable[MeshField] = ()) -> pv.Unstructur
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     fields : iterable of MeshField
+        Fields on the mesh.
 
     Returns
     -------
@@ -56,6 +58,7 @@ def plot_mesh(
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     color : {"region", "quality"} or None
         Surface, Jacobian ratio of each element, or one color for all.
     edges : bool

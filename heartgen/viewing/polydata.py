@@ -38,6 +38,7 @@ def mesh_surface(mesh: HexMesh, n: int = SUBDIVISION) -> pv.PolyData:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     n : int
         Pieces per element edge.
 
@@ -61,7 +62,17 @@ def mesh_surface(mesh: HexMesh, n: int = SUBDIVISION) -> pv.PolyData:
 
 
 def on_surface(field: MeshField, topology: Topology, n: int = SUBDIVISION) -> NDArray[np.float64]:
-    """Values of a field at the points of `mesh_surface`, (points, k) float64."""
+    """Values of a field at the points of `mesh_surface`, (points, k) float64.
+
+    Parameters
+    ----------
+    field : MeshField
+        Of k components, on the mesh.
+    topology : Topology
+        Of the mesh.
+    n : int
+        Pieces of a face per direction, as for `mesh_surface`.
+    """
     t = np.linspace(0, 1, n + 1)
     v, u = (grid.ravel() for grid in np.meshgrid(t, t, indexing="ij"))
     values = field_on_faces(field, topology.external, np.stack([u, v], -1))
@@ -69,7 +80,15 @@ def on_surface(field: MeshField, topology: Topology, n: int = SUBDIVISION) -> ND
 
 
 def element_faces(mesh: HexMesh, n: int = SUBDIVISION) -> pv.PolyData:
-    """All faces of all elements, those inside the wall as well: quadrilaterals, mm, world (LPS)."""
+    """All faces of all elements, those inside the wall as well: quadrilaterals, mm, world (LPS).
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    n : int
+        Pieces of a face per direction.
+    """
     faces = np.stack(np.divmod(np.arange(FACES * mesh.n_elements), FACES), -1)
     points, quads = tessellate(mesh, faces, n)
     rows = np.insert(quads, 0, quads.shape[1], axis=1)
@@ -77,7 +96,15 @@ def element_faces(mesh: HexMesh, n: int = SUBDIVISION) -> pv.PolyData:
 
 
 def mesh_edges(mesh: HexMesh, n: int = SUBDIVISION) -> pv.PolyData:
-    """Edges of the elements on the external surface: each once, as a line of `n` pieces."""
+    """Edges of the elements on the external surface: each once, as a line of `n` pieces.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    n : int
+        Pieces of an edge.
+    """
     points, _ = tessellate(mesh, mesh.topology.external, n)
     grid = points.reshape(-1, n + 1, n + 1, 3)
     edges = np.concatenate([grid[:, 0], grid[:, -1], grid[:, :, 0], grid[:, :, -1]])
@@ -138,7 +165,15 @@ def to_mask(points: NDArray[Any], myocardium: LevelSet) -> NDArray[np.float64]:
 
 
 def to_surface(points: NDArray[np.float64], surface: pv.PolyData) -> NDArray[np.float64]:
-    """Distance (n,), mm, of points (n, 3), mm, to a finely divided surface with point normals."""
+    """Distance (n,), mm, of points (n, 3), mm, to a finely divided surface with point normals.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        mm, in the frame of the surface.
+    surface : pyvista.PolyData
+        Triangles, mm.
+    """
     count = surface.n_points
     vertices = Isosurface(
         np.asarray(surface.points, dtype=float),
@@ -150,14 +185,32 @@ def to_surface(points: NDArray[np.float64], surface: pv.PolyData) -> NDArray[np.
 
 
 def to_mesh(points: NDArray[np.float64], mesh: HexMesh) -> NDArray[np.float64]:
-    """Distance (n,), mm, of points (n, 3), mm, world (LPS), to the external surface of the mesh."""
+    """Distance (n,), mm, of points (n, 3), mm, world (LPS), to the external surface of the mesh.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        mm, world (LPS).
+    mesh : HexMesh
+        mm, world (LPS).
+    """
     return closest_points(mesh, mesh.topology.external, np.asarray(points, dtype=float)).distance
 
 
 def poly_data(
     points: NDArray[np.float64], faces: NDArray[np.intp], normals: NDArray[np.float64]
 ) -> pv.PolyData:
-    """Poly data of polygons with an equal number of corners; single precision, for display."""
+    """Poly data of polygons with an equal number of corners; single precision, for display.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        mm.
+    faces : (f, k) int
+        Points of each polygon, counted from 0.
+    normals : (n, 3) float64
+        Unit normals at the points.
+    """
     rows = np.insert(faces, 0, faces.shape[1], axis=1)
     surface = pv.PolyData(points.astype(np.float32), faces=rows.ravel())
     surface.point_data["Normals"] = normals.astype(np.float32)

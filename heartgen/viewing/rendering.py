@@ -97,6 +97,7 @@ def render(
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     screenshot : path, optional
         Write a picture there (PNG); otherwise the scene is made, to be shown or changed further.
     colors : sequence of str

@@ -102,9 +102,11 @@ class Scale:
     Attributes
     ----------
     title : str
+        With the unit.
     colors : str
         A perceptually uniform map of matplotlib.
     limits : (float, float)
+        Values at its ends.
     """
 
     title: str
@@ -113,7 +115,15 @@ class Scale:
 
 
 def color_scale(color: str, error_limit: float = ERROR_LIMIT) -> Scale:
-    """Scale of a quantity: ``"error"`` in mm up to a limit, or ``"quality"``."""
+    """Scale of a quantity: ``"error"`` in mm up to a limit, or ``"quality"``.
+
+    Parameters
+    ----------
+    color : str
+        Which quantity.
+    error_limit : float
+        Distance at the end of the scale, mm.
+    """
     if color == "error":
         return Scale("distance to the mask (mm)", "viridis", (0.0, error_limit))
     return Scale("Jacobian ratio of the element", "cividis", (0.0, 1.0))
@@ -135,6 +145,7 @@ def plot(
     Parameters
     ----------
     result : Personalization
+        A fitted mesh and its report.
     color : {"error", "quality", "region"} or None
         Distance to the mask's surface, Jacobian ratio of each element, surface of the mesh, or one
         color for all.
@@ -185,13 +196,25 @@ def plot(
 
 
 def can_render(plotter: Any) -> bool:
-    """Whether there is a graphics library to draw with."""
+    """Whether there is a graphics library to draw with.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+        Of the scene.
+    """
     last_resort = plotter.render_window.GetClassName() == "vtkOSOpenGLRenderWindow"
     return not last_resort or find_library("OSMesa") is not None
 
 
 def require_graphics(plotter: Any) -> None:
-    """Refuse to draw where VTK would crash: it falls back on OSMesa even where there is none."""
+    """Refuse to draw where VTK would crash: it falls back on OSMesa even where there is none.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+        Of the scene.
+    """
     if not can_render(plotter):
         raise HeartgenError(
             "pictures of the mesh need a graphics library, and this machine has none: install "
@@ -212,7 +235,9 @@ def add_surface(
     Parameters
     ----------
     plotter : pyvista.Plotter
+        Drawn into.
     mesh : HexMesh
+        mm, world (LPS).
     color : {"error", "quality", "region"} or None
         As of `plot`.
     myocardium : LevelSet, optional
@@ -253,7 +278,17 @@ def add_surface(
 
 
 def add_edges(plotter: Any, mesh: HexMesh, color: str = DARK) -> None:
-    """Add the edges of the elements on the surface of a mesh, as tubes."""
+    """Add the edges of the elements on the surface of a mesh, as tubes.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+        Drawn into.
+    mesh : HexMesh
+        mm, world (LPS).
+    color : str
+        Of the tubes.
+    """
     lines = mesh_edges(mesh)
     radius = EDGE_RADIUS * float(np.ptp(lines.points, axis=0).max())
     tubes = lines.tube(radius=radius, n_sides=TUBE_SIDES)
@@ -315,7 +350,9 @@ def look_at(
     Parameters
     ----------
     plotter : pyvista.Plotter
+        Whose camera is placed.
     mesh : HexMesh
+        mm, world (LPS).
     frame : (4, 4) float64
         Heart to world: z from apex to base, x to the right ventricle or along the wider axis. mm.
     azimuth, elevation : float

@@ -55,6 +55,7 @@ class Slice:
     Attributes
     ----------
     title : str
+        What the slice is called.
     across, up : int
         Axes of the heart's frame that are shown to the right and upwards.
     """
@@ -78,7 +79,9 @@ class SliceView:
     Attributes
     ----------
     mask : Mask
+        The myocardium, in the world (LPS).
     anatomy : Anatomy or None
+        Of the mask; None where no heart is known.
     frame : (4, 4) float64
         From the view to the world (LPS), mm.
     low, high : (3,) float64
@@ -96,7 +99,15 @@ class SliceView:
 
 
 def slice_view(mask: Mask, anatomy: Anatomy | None = None) -> SliceView:
-    """Prepare a mask to be cut: along the heart's axes, or the image's if there is no anatomy."""
+    """Prepare a mask to be cut: along the heart's axes, or the image's if there is no anatomy.
+
+    Parameters
+    ----------
+    mask : Mask
+        The myocardium, in the world (LPS).
+    anatomy : Anatomy, optional
+        Of the mask, if it is known.
+    """
     if anatomy is None:
         frame = mask.affine.copy()
         frame[:3, :3] /= mask.spacing
@@ -116,6 +127,7 @@ def draw_slices(mask: Mask, anatomy: Anatomy) -> Figure:
     Parameters
     ----------
     mask : Mask
+        The myocardium, in the world (LPS).
     anatomy : Anatomy
         Of that mask.
 
@@ -146,7 +158,9 @@ def draw_slice(view: SliceView, slice_: Slice, position: float) -> Figure:
     Parameters
     ----------
     view : SliceView
+        The mask to be cut.
     slice_ : Slice
+        Along which axes.
     position : float
         Along the axis across the slice, mm, frame of the view.
 
@@ -177,8 +191,11 @@ def draw_section(
     Parameters
     ----------
     axes : matplotlib.axes.Axes
+        Drawn into.
     slice_ : Slice
+        Along which axes.
     view : SliceView
+        The mask to be cut.
     center : (3,) float64, optional
         On the slice, mm, frame of the view; where the slices meet at first if omitted.
     pixels : int
@@ -257,7 +274,13 @@ def _sizes(anatomy: Anatomy) -> str:
 
 
 def line_colors(anatomy: Anatomy) -> dict[str, str]:
-    """Name what the lines of a slice are, and their colors."""
+    """Name what the lines of a slice are, and their colors.
+
+    Parameters
+    ----------
+    anatomy : Anatomy
+        The patient's heart, measured.
+    """
     named = {
         SURFACE_NAMES[name]: color for name, color in SURFACES.items() if name in anatomy.surfaces
     }

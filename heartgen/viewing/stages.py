@@ -46,6 +46,7 @@ class Stage:
     Attributes
     ----------
     key, title, explanation : str
+        Its name in the program, its name for users, and a sentence about it.
     mesh : callable
         The mesh of a result at that stage.
     registered : bool
@@ -75,7 +76,13 @@ STAGES = (
 
 
 def stages_of(result: Personalization) -> tuple[Stage, ...]:
-    """Stages that a result went through."""
+    """Stages that a result went through.
+
+    Parameters
+    ----------
+    result : Personalization
+        A fitted mesh and all on the way to it.
+    """
     skipped = set()
     if not result.options.optimize:
         skipped.add("optimized")
@@ -85,7 +92,15 @@ def stages_of(result: Personalization) -> tuple[Stage, ...]:
 
 
 def registered(points: NDArray[Any], result: Personalization) -> Array:
-    """Points (n, 3) of the template, mm, world (LPS), moved by the deformation."""
+    """Points (n, 3) of the template, mm, world (LPS), moved by the deformation.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Of the template, mm, world (LPS).
+    result : Personalization
+        Whose last deformation is used.
+    """
     return np.asarray(result.deformations[-1](np.asarray(points, dtype=float)))
 
 
@@ -95,6 +110,7 @@ def draw_stages(result: Personalization) -> Figure:
     Parameters
     ----------
     result : Personalization
+        A fitted mesh and all on the way to it.
 
     Returns
     -------
@@ -114,10 +130,13 @@ def draw_mesh(mesh: HexMesh, mask: Mask, anatomy: Anatomy, title: str = "") -> F
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     mask : Mask
+        The myocardium, in the world (LPS).
     anatomy : Anatomy
         Of that mask.
     title : str
+        Above the picture.
 
     Returns
     -------

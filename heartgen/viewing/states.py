@@ -46,6 +46,7 @@ class States:
     Attributes
     ----------
     names : tuple of str
+        Of the states, in order.
     rows : tuple of (str, tuple of str)
         What is measured, and its value in each state.
     """
@@ -55,13 +56,25 @@ class States:
 
 
 def headline(comparison: Comparison) -> str:
-    """The ejection fraction, and from what to what."""
+    """The ejection fraction, and from what to what.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        A heart in several states.
+    """
     large, small = (comparison.names[n] for n in (comparison.diastole, comparison.systole))
     return f"ejection fraction {comparison.lv_ejection_fraction:.1%}, from {large} to {small}"
 
 
 def changes(comparison: Comparison) -> tuple[Section, ...]:
-    """What the ventricles eject, and the strains from diastole to systole."""
+    """What the ventricles eject, and the strains from diastole to systole.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        A heart in several states.
+    """
     rows = [
         ("left ejection fraction", f"{comparison.lv_ejection_fraction:.1%}"),
         ("left stroke volume", f"{number(comparison.lv_stroke_volume)} ml"),
@@ -80,7 +93,13 @@ def changes(comparison: Comparison) -> tuple[Section, ...]:
 
 
 def states(comparison: Comparison) -> States:
-    """Indices of each state, and its strains against the one with the largest cavity."""
+    """Indices of each state, and its strains against the one with the largest cavity.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        A heart in several states.
+    """
     rows: list[tuple[str, tuple[str, ...]]] = []
     for name, measure in MEASURES:
         values = [measure(found) for found in comparison.indices]

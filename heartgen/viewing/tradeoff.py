@@ -35,6 +35,7 @@ class Point:
     Attributes
     ----------
     label : str
+        Written beside it.
     error, quality : float
         Mean distance from mask to mesh, mm, and mean Jacobian ratio.
     errors, qualities : (float, float) or None
@@ -58,6 +59,7 @@ def draw_curves(
     curves : mapping of str to sequence of Point
         By name; that of a single curve is not shown.
     title : str
+        Above the picture.
     along : str
         What the labels of the points are.
 

@@ -15,8 +15,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from heartgen import samples
 from heartgen.errors import InputError, MissingFileError
 from heartgen.images import Mask
-from heartgen.images.accepting import accept, accept_all
-from heartgen.images.reading import read_again, read_labels, read_mask
+from heartgen.images.accepting import accept, accept_all, read_again
+from heartgen.images.reading import read_labels, read_mask
 from heartgen.images.writing import write_mask
 from heartgen.report import mask_sha256
 

@@ -33,7 +33,15 @@ class Tradeoff(anywidget.AnyWidget):
 
 
 def link_tradeoff(plot: Tradeoff, session: Session) -> None:
-    """Have a plot show the levels of the case that is looked at, and a click load a mesh."""
+    """Have a plot show the levels of the case that is looked at, and a click load a mesh.
+
+    Parameters
+    ----------
+    plot : Tradeoff
+        The plot.
+    session : Session
+        The visitor's work.
+    """
 
     def clicked(change: Any) -> None:
         if session.shown is None:
@@ -62,7 +70,13 @@ def link_tradeoff(plot: Tradeoff, session: Session) -> None:
 
 
 class AssessPanel:
-    """How good the mesh is."""
+    """How good the mesh is.
+
+    Parameters
+    ----------
+    session : Session
+        The visitor's work.
+    """
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -136,7 +150,13 @@ class AssessPanel:
 
 
 def card_html(outcome: Outcome) -> str:
-    """The verdict, and all measures under their titles."""
+    """The verdict, and all measures under their titles.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        The mesh that is judged.
+    """
     from heartgen.viewing.card import sections, verdict
 
     report = outcome.result.report
@@ -157,7 +177,15 @@ def card_html(outcome: Outcome) -> str:
 
 
 def table_html(outcomes: list[Outcome], shown: Outcome) -> str:
-    """All meshes side by side."""
+    """All meshes side by side.
+
+    Parameters
+    ----------
+    outcomes : list of Outcome
+        A row for each.
+    shown : Outcome
+        The one that is looked at.
+    """
     rows = "".join(
         f'<tr class="{"hg-shown" if o is shown else ""}"><td>{html.escape(o.title)}</td>'
         f"<td>{o.result.report.accuracy.mean:.3f}</td><td>{o.result.report.accuracy.p95:.3f}</td>"

@@ -30,7 +30,13 @@ ALWAYS = "Always: report.json, manifest.json (options, versions, hashes), reprod
 
 
 class ExportPanel:
-    """What goes into the zip."""
+    """What goes into the zip.
+
+    Parameters
+    ----------
+    session : Session
+        The visitor's work.
+    """
 
     def __init__(self, session: Session) -> None:
         self.session = session

@@ -25,7 +25,13 @@ from heartgen.errors import HeartgenError
 
 
 class OptionsPanel:
-    """The choices."""
+    """The choices.
+
+    Parameters
+    ----------
+    session : Session
+        The visitor's work.
+    """
 
     def __init__(self, session: Session) -> None:
         self.session = session

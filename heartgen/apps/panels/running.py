@@ -22,7 +22,13 @@ PHASES = {
 
 
 class RunPanel:
-    """Runs, one after the other."""
+    """Runs, one after the other.
+
+    Parameters
+    ----------
+    session : Session
+        The visitor's work.
+    """
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -83,7 +89,15 @@ class RunPanel:
 
 
 class RunRow:
-    """One run in the list."""
+    """One run in the list.
+
+    Parameters
+    ----------
+    session : Session
+        The visitor's work.
+    run : Run
+        The run.
+    """
 
     def __init__(self, session: Session, run: Run) -> None:
         self.session, self.run = session, run
@@ -122,7 +136,13 @@ class RunRow:
 
 
 def progress_html(run: Run) -> str:
-    """Bars of the steps, and the time left."""
+    """Bars of the steps, and the time left.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    """
     bars = "".join(
         f'<li class="{"hg-now" if step == run.step and run.shares[step] < 1 else ""}">'
         f"<span>{step}</span>"

@@ -26,7 +26,13 @@ BROKEN = ("first", "second", "third")
 
 
 class SlicesPanel:
-    """Slices along the axes of the heart, or of the image as long as no heart is known."""
+    """Slices along the axes of the heart, or of the image as long as no heart is known.
+
+    Parameters
+    ----------
+    session : Session
+        The visitor's work.
+    """
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -110,7 +116,13 @@ class SlicesPanel:
 
 
 def key_html(session: Session) -> str:
-    """What the colors of the slices mean."""
+    """What the colors of the slices mean.
+
+    Parameters
+    ----------
+    session : Session
+        The visitor's work.
+    """
     from heartgen.viewing.slice_views import MYOCARDIUM, line_colors
 
     names = [(MYOCARDIUM, "mask")]
@@ -120,7 +132,13 @@ def key_html(session: Session) -> str:
 
 
 def findings_html(session: Session) -> str:
-    """What is in the mask: its sizes, and what the checks found."""
+    """What is in the mask: its sizes, and what the checks found.
+
+    Parameters
+    ----------
+    session : Session
+        The visitor's work.
+    """
     case, anatomy = session.case, session.anatomy
     if session.complaint:
         sentence = "<br>".join(html.escape(line) for line in session.complaint.splitlines())

@@ -32,7 +32,15 @@ FORMATS = "NIfTI, NRRD, MetaImage, DICOM-SEG or RTSTRUCT"
 
 
 class SourcePanel:
-    """Where the mask comes from."""
+    """Where the mask comes from.
+
+    Parameters
+    ----------
+    session : Session
+        The visitor's work.
+    first : str, optional
+        Sample to begin with; None for none.
+    """
 
     def __init__(self, session: Session, first: str | None = None) -> None:
         self.session = session

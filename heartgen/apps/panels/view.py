@@ -48,7 +48,15 @@ CUTS = (
 
 
 class ViewPanel:
-    """Controls of the 3-D view, and its key."""
+    """Controls of the 3-D view, and its key.
+
+    Parameters
+    ----------
+    session : Session
+        The visitor's work.
+    titled : bool
+        Whether the panel has a head.
+    """
 
     def __init__(self, session: Session, titled: bool = True) -> None:
         self.session = session
@@ -207,7 +215,17 @@ def _masks(stack: bool) -> tuple[tuple[str, str], ...]:
 
 
 def key_html(painted: Any, mask: bool, moved: bool = False) -> str:
-    """The key of the colors."""
+    """The key of the colors.
+
+    Parameters
+    ----------
+    painted : Painted
+        Colors of the surface.
+    mask : bool
+        Whether the mask is shown.
+    moved : bool
+        Whether slices are shown that were aligned, so that they were given elsewhere.
+    """
     marks = '<span class="hg-class"><i class="hg-mask-mark"></i>mask</span>' if mask else ""
     if moved:
         marks += '<span class="hg-class"><i class="hg-given-mark"></i>slices as given</span>'

@@ -27,6 +27,7 @@ class CellFormat:
     Attributes
     ----------
     write : CellWriter
+        Writes a resampled mesh and its data to a path.
     usual : Resampling
         What a mesh is resampled to unless something else is asked for.
     only_directions : bool

@@ -65,6 +65,7 @@ def sample(cells: Resampled, fields: Iterable[MeshField]) -> Data:
     Parameters
     ----------
     cells : Resampled
+        Made from the mesh.
     fields : iterable of MeshField
         On the mesh that it is made from.
 

@@ -61,6 +61,7 @@ def fidelity(mesh: HexMesh, cells: Resampled) -> Fidelity:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     cells : Resampled
         Of that mesh.
 
@@ -94,7 +95,15 @@ def fidelity(mesh: HexMesh, cells: Resampled) -> Fidelity:
 
 
 def surface_distance(mesh: HexMesh, cells: Resampled) -> tuple[float, float]:
-    """Mean over the area and maximum, mm, of the distance from named surfaces to the exact ones."""
+    """Mean over the area and maximum, mm, of the distance from named surfaces to the exact ones.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    cells : Resampled
+        Made from the mesh.
+    """
     distance, area = (np.concatenate(part) for part in zip(*_distances(mesh, cells), strict=True))
     return float(np.average(distance, weights=area)), float(distance.max())
 

@@ -18,24 +18,56 @@ REGULAR = {8: 1.0, 6: 2 / np.sqrt(3), 4: np.sqrt(2)}
 def determinants(
     kind: CellKind, points: NDArray[np.float64], xi: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Jacobian determinants (m, q) of cells with nodes (m, n, 3) at reference places (q, 3)."""
+    """Jacobian determinants (m, q) of cells with nodes (m, n, 3) at reference places (q, 3).
+
+    Parameters
+    ----------
+    kind : CellKind
+        Of the cells.
+    points : (m, n, 3) float64
+        Nodes of the cells, mm.
+    xi : (q, 3) float64
+        Places in the reference cell.
+    """
     return np.asarray(np.linalg.det(np.einsum("qnd,mnx->mqxd", kind.gradient(xi), points)))
 
 
 def least_determinants(kind: CellKind, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Least determinant (m,) of cells with nodes (m, n, 3), at their nodes and Gauss points."""
+    """Least determinant (m,) of cells with nodes (m, n, 3), at their nodes and Gauss points.
+
+    Parameters
+    ----------
+    kind : CellKind
+        Of the cells.
+    points : (m, n, 3) float64
+        Nodes of the cells, mm.
+    """
     xi = np.concatenate([gauss_points(kind)[0], kind.reference])
     return np.asarray(determinants(kind, points, xi).min(1))
 
 
 def volumes(kind: CellKind, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Volumes (m,) of cells with nodes (m, n, 3)."""
+    """Volumes (m,) of cells with nodes (m, n, 3).
+
+    Parameters
+    ----------
+    kind : CellKind
+        Of the cells.
+    points : (m, n, 3) float64
+        Nodes of the cells, mm.
+    """
     xi, weights = gauss_points(kind)
     return np.asarray(determinants(kind, points, xi) @ weights)
 
 
 def gauss_points(kind: CellKind) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Gauss points (q, 3) and weights (q,) in the reference cell; collapsed if it is no cube."""
+    """Gauss points (q, 3) and weights (q,) in the reference cell; collapsed if it is no cube.
+
+    Parameters
+    ----------
+    kind : CellKind
+        Of the cells.
+    """
     t, w = gauss(GAUSS)
     z, y, x = (a.ravel() for a in np.meshgrid(t, t, t, indexing="ij"))
     weights = np.einsum("k,j,i->kji", w, w, w).ravel()
@@ -52,6 +84,7 @@ def scaled_jacobian(kind: CellKind, points: NDArray[np.float64]) -> NDArray[np.f
     Parameters
     ----------
     kind : CellKind
+        Of the cells.
     points : (m, n, 3) float64
         Nodes of the cells, mm.
 

@@ -16,6 +16,7 @@ class CellKind:
     Attributes
     ----------
     name : str
+        Such as ``hex8``.
     order : int
         Of the shape functions along an edge: 1 or 2.
     nodes : (n, 3) int
@@ -61,11 +62,23 @@ class CellKind:
         return np.array(out)
 
     def shape(self, xi: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Shape functions at reference places (q, 3): (q, n)."""
+        """Shape functions at reference places (q, 3): (q, n).
+
+        Parameters
+        ----------
+        xi : (q, 3) float64
+            Places in the reference cell.
+        """
         return np.asarray(_monomials(xi, self.exponents) @ self._coefficients)
 
     def gradient(self, xi: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Derivatives of the shape functions at reference places (q, 3): (q, n, 3)."""
+        """Derivatives of the shape functions at reference places (q, 3): (q, n, 3).
+
+        Parameters
+        ----------
+        xi : (q, 3) float64
+            Places in the reference cell.
+        """
         out = np.empty((len(xi), len(self.nodes), 3))
         for d in range(3):
             lower = self.exponents.copy()

@@ -44,6 +44,14 @@ class Resampling:
     pieces : (int, int, int), optional
         Hexahedra per element (radial, circumferential, longitudinal), each of which makes six
         tetrahedra if those are wanted; `USUAL_PIECES` if omitted.
+
+    Examples
+    --------
+    >>> from heartgen.formats import Resampling
+    >>> Resampling("hex20", (1, 2, 2))
+    Resampling(kind='hex20', pieces=(1, 2, 2))
+    >>> Resampling("tet4").pieces  # the usual ones
+    (2, 4, 4)
     """
 
     kind: str = "hex8"
@@ -68,6 +76,7 @@ class Cells:
     Attributes
     ----------
     kind : CellKind
+        Of all of them.
     nodes : (m, n) int
         Points of each cell.
     element : (m,) int
@@ -121,6 +130,11 @@ class Resampled:
         """Points of the faces of a surface, (f, n), in groups of equally many nodes.
 
         Vertices come first, counter-clockwise seen from outside, then edges, then the center.
+
+        Parameters
+        ----------
+        name : str
+            Of the surface.
         """
         groups: dict[int, list[NDArray[np.intp]]] = {}
         start = 0
@@ -144,7 +158,9 @@ def resample(mesh: HexMesh, wanted: Resampling) -> Resampled:
     Parameters
     ----------
     mesh : HexMesh
+        mm, world (LPS).
     wanted : Resampling
+        Which cells, and how many.
 
     Returns
     -------
