@@ -46,6 +46,20 @@ class MissingFileError(UnreadableFileError, FileNotFoundError):
     """There is no file of this name."""
 
 
+def cannot_read(error: OSError, message: str) -> UnreadableFileError:
+    """The error for a file that the system does not open: of its own kind if it is missing.
+
+    Parameters
+    ----------
+    error : OSError
+        Of the system.
+    message : str
+        One sentence.
+    """
+    missing = isinstance(error, FileNotFoundError)
+    return MissingFileError(message) if missing else UnreadableFileError(message)
+
+
 class AnatomyError(HeartgenError, ValueError):
     """The shape analysis could not measure the heart in the mask."""
 

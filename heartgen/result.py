@@ -92,9 +92,10 @@ class Personalization:
         Returns
         -------
         Personalization
-            With mesh, report and options. Its mask is looked for, and its anatomy measured again,
-            when they are asked for; the template, the deformations and the meshes before the last
-            are not written, and to ask for them is a `heartgen.errors.NotKeptError`.
+            With mesh, report and options. Its mask is looked for, and its anatomy measured again
+            (without further views of the heart), when they are asked for. Template, deformations
+            and the meshes before the last are not written: to ask for them is a
+            `heartgen.errors.NotKeptError`.
 
         Raises
         ------

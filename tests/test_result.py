@@ -6,7 +6,7 @@ import doctest
 import importlib
 import logging
 import pickle
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from pkgutil import walk_packages
 
@@ -231,6 +231,21 @@ def test_errors_are_those_of_python():
     assert issubclass(MeshError, ValueError)
     assert issubclass(FileError, OSError)
     assert issubclass(NotKeptError, HeartgenError)
+
+
+def test_missing_mesh_is_an_error_of_the_system(tmp_path):
+    for name in ("mesh.exf", "mesh.vtu"):
+        with pytest.raises(FileNotFoundError, match=r"cannot be read .*: give one that exists"):
+            heartgen.read_mesh(tmp_path / name)
+
+
+def test_mesh_without_surfaces_is_not_plotted(result):
+    pytest.importorskip("pyvista")
+    bare = replace(result.mesh, topology=replace(result.mesh.topology, surfaces={}))
+    with pytest.raises(MeshError, match="without named surfaces"):
+        bare.plot(off_screen=True)
+    assert "surfaces none" in repr(bare)
+    assert bare.to_pyvista().n_cells == bare.n_elements
 
 
 def test_place_that_cannot_be_written_is_an_error_of_the_system(result, tmp_path):

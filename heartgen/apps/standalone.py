@@ -12,7 +12,7 @@ import numpy as np
 import pyvista as pv
 
 from heartgen.anatomy import Anatomy, analyze_under
-from heartgen.errors import InputError, needing
+from heartgen.errors import InputError, MissingFileError, needing
 from heartgen.formats import READERS, read_mesh_file, write_mesh
 from heartgen.report import options_beside
 from heartgen.viewing.polydata import MAX_TRIANGLES, mask_surface, to_mask
@@ -79,7 +79,7 @@ def read_mesh(path: Path) -> pv.DataSet:
         If it cannot be read.
     """
     if not path.is_file():
-        raise InputError(f"{path}: There is no such file: check the path.")
+        raise MissingFileError(f"{path}: There is no such file: check the path.")
     if path.suffix.lower() in READERS and path.suffix.lower() != ".vtu":
         found = read_mesh_file(path)
         with tempfile.TemporaryDirectory(prefix="heartgen-") as folder:

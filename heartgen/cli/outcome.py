@@ -118,9 +118,9 @@ def check_folder(folder: Path) -> None:
     """
     existing = next(place for place in (folder, *folder.absolute().parents) if place.exists())
     if not existing.is_dir():
-        raise HeartgenError(f"{existing}: This is a file, not a folder: choose another with -o.")
+        raise FileError(f"{existing}: This is a file, not a folder: choose another with -o.")
     if not os.access(existing, os.W_OK | os.X_OK):
-        raise HeartgenError(f"{existing}: You may not write there: choose another folder with -o.")
+        raise FileError(f"{existing}: You may not write there: choose another folder with -o.")
 
 
 def check_picture(path: Path) -> None:

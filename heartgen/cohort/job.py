@@ -16,7 +16,7 @@ from heartgen import pipeline
 from heartgen.cohort.cases import Case
 from heartgen.cohort.rows import Row, failed_row, row_of
 from heartgen.cohort.threads import one_thread
-from heartgen.errors import HeartgenError, sentence
+from heartgen.errors import FileError, HeartgenError, sentence
 from heartgen.formats import write_text
 from heartgen.options import Options
 from heartgen.renamed import former_options, new_row
@@ -37,7 +37,7 @@ STAGE = ".stage"
 """Folder in which folders of results grow until they are whole."""
 
 
-class NoPlaceError(HeartgenError):
+class NoPlaceError(FileError):
     """The folder of a job cannot be written: neither can the reason."""
 
 

@@ -14,7 +14,7 @@ from filelock import FileLock, Timeout
 
 from heartgen.cohort.job import STAGE, Job, is_as_asked, rows_of
 from heartgen.cohort.rows import FAILED, Row, table_of
-from heartgen.errors import HeartgenError, InputError
+from heartgen.errors import FileError, HeartgenError, InputError
 from heartgen.files import replacing
 from heartgen.renamed import new_table
 
@@ -60,7 +60,7 @@ def opened(out: Path) -> Iterator[None]:
     except HeartgenError:
         raise
     except OSError as error:
-        raise HeartgenError(
+        raise FileError(
             f"{out}: the results cannot be written there ({error.strerror or error}): choose "
             "a folder with free space in which you may write"
         ) from error

@@ -13,7 +13,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.errors import HeartgenError, InputError, UnreadableFileError
+from heartgen.errors import HeartgenError, InputError, cannot_read
 
 DTYPES = {
     **{f"Int{8 * n}": f"i{n}" for n in (1, 2, 4, 8)},
@@ -74,8 +74,9 @@ def read_grid(path: str | Path) -> GridFile:
     try:
         content = Path(path).read_bytes()
     except OSError as error:
-        raise UnreadableFileError(
-            f"{path}: The file cannot be read ({error.strerror or error}): give one that exists."
+        raise cannot_read(
+            error,
+            f"{path}: The file cannot be read ({error.strerror or error}): give one that exists.",
         ) from error
     try:
         return _parsed(content)

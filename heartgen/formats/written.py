@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-from heartgen.errors import InputError, UnreadableFileError
+from heartgen.errors import InputError, cannot_read
 from heartgen.files import flush, replacing
 
 
@@ -117,6 +117,7 @@ def read_text(path: str | Path) -> str:
             f"{path}: This is not a text file: give a mesh in a known format."
         ) from error
     except OSError as error:
-        raise UnreadableFileError(
-            f"{path}: The file cannot be read ({error.strerror or error}): give one that exists."
+        raise cannot_read(
+            error,
+            f"{path}: The file cannot be read ({error.strerror or error}): give one that exists.",
         ) from error

@@ -9,12 +9,12 @@ from typing import Any, cast
 import numpy as np
 import pyvista as pv
 
-from heartgen.errors import HeartgenError, InputError
+from heartgen.errors import HeartgenError, InputError, MeshError
 from heartgen.fields import heart_axes
 from heartgen.formats.vtu import LAGRANGE_HEXAHEDRON, lagrange_grid
 from heartgen.mesh import HexMesh, MeshField
 from heartgen.viewing.fields import frame_of
-from heartgen.viewing.scene import add_edges, add_surface, look_at, require_graphics
+from heartgen.viewing.scene import REGION_COLORS, add_edges, add_surface, look_at, require_graphics
 
 COLORS = ("quality", "region")
 """Colorings that need neither a mask nor fields."""
@@ -60,7 +60,7 @@ def plot_mesh(
     mesh : HexMesh
         mm, world (LPS).
     color : {"region", "quality"} or None
-        Surface, Jacobian ratio of each element, or one color for all.
+        Surface, if all are those of a heart; Jacobian ratio of each element; or one color for all.
     edges : bool
         Show the edges of the elements.
     off_screen : bool
@@ -78,6 +78,8 @@ def plot_mesh(
     ------
     InputError
         If there is no such coloring.
+    MeshError
+        If the mesh has no named surfaces.
     HeartgenError
         If a picture is asked for where there is no graphics library.
     """
@@ -86,6 +88,10 @@ def plot_mesh(
             f"coloring {color!r} of a mesh alone is not known: choose {', '.join(COLORS)} or None; "
             "fields are shown by heartgen.viewing.plot_field"
         )
+    if not any(len(faces) for faces in mesh.surfaces.values()):
+        raise MeshError("a mesh without named surfaces cannot be shown: to_pyvista gives its cells")
+    if not set(mesh.surfaces) <= set(REGION_COLORS):
+        color = None if color == "region" else color
     with pv.vtk_verbosity("off"):  # that there is no screen is no news
         plotter: Any = pv.Plotter(
             off_screen=off_screen or screenshot is not None, window_size=list(window_size)
