@@ -135,6 +135,28 @@ def test_mask_that_was_written_is_the_same_to_the_bit(cup, result, tmp_path):
         _ = Personalization.load(tmp_path).mask
 
 
+def test_blood_pools_are_written_with_the_mask(result, tmp_path):
+    blood = np.zeros(result.mask.voxels.shape, dtype=np.uint8)
+    blood[~result.mask.voxels & (np.indices(blood.shape)[0] > blood.shape[0] // 2)] = 2
+    mask = replace(result.mask, blood=blood)
+    replace(result, mask=mask).write(tmp_path, "vtu", fields=(), mask=True)
+    found = Personalization.load(tmp_path).mask
+    assert_array_equal(found.blood, blood)
+    assert_array_equal(found.voxels, mask.voxels)
+
+
+@pytest.mark.slow
+def test_points_of_both_ventricles_are_located():
+    mesh = heartgen.personalize(samples.biv(SPACING).mask, optimize=False).mesh
+    generator = np.random.default_rng(0)
+    elements = generator.integers(mesh.n_elements, size=2000)
+    xi = generator.uniform(size=(2000, 3))
+    points = mesh.evaluate(elements, xi)
+    found, places = mesh.locate(points)
+    assert_array_equal(found, elements)
+    assert_allclose(mesh.evaluate(found, places), points, atol=1e-9, rtol=0)
+
+
 def test_mask_that_is_not_there_is_said_so(cup, tmp_path):
     fitted = heartgen.personalize(cup.mask, optimize=False)
     fitted.write(tmp_path, ("vtu",), fields=())

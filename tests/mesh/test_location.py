@@ -65,6 +65,14 @@ def test_inside_an_element_it_is_that_one(apex):
     assert_allclose(where, xi, atol=1e-7)
 
 
+def test_found_without_any_symmetry(disturbed):
+    generator = np.random.default_rng(4)
+    elements = generator.integers(disturbed.n_elements, size=500)
+    xi = generator.uniform(size=(500, 3))
+    points = disturbed.evaluate(elements, xi)
+    assert_allclose(disturbed.evaluate(*disturbed.locate(points)), points, atol=FOUND, rtol=0)
+
+
 @pytest.mark.parametrize("apex", MESHES)
 def test_outside_there_is_none(apex):
     mesh = MESHES[apex]
