@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ from heartgen.fields.catalog import DIRECTIONS, check_names
 from heartgen.formats import cells_of, fields_held, file_name, write_mesh, write_text
 from heartgen.images import Mask
 from heartgen.images.accepting import MaskLike
+from heartgen.images.sources import seen_from
 from heartgen.mesh import HexMesh, MeshField
 from heartgen.options import Options
 from heartgen.registration import Deformation
@@ -164,7 +165,7 @@ class Personalization:
             path = folder / file_name("mesh", name)
             wanted = cells_of(name, cells)
             paths += write_mesh(self.mesh, path, (*made, *own), name, wanted).files
-        write_text(self.report.to_json() + "\n", folder / REPORT)
+        write_text(_portable(self.report, folder).to_json() + "\n", folder / REPORT)
         paths.append(folder / REPORT)
         if mask:
             paths.append(keep_mask(self.mask, folder))
@@ -210,3 +211,10 @@ def _needed(fields: Iterable[str], formats: Iterable[str]) -> list[str]:
     if "all" in held:
         return list(fields)
     return [name for name in fields if name == DIRECTIONS] if "directions" in held else []
+
+
+def _portable(report: Report, folder: Path) -> Report:
+    """The report as it is written: its mask's place is told from the folder."""
+    if report.mask_source is None:
+        return report
+    return replace(report, mask_source=seen_from(report.mask_source, folder))

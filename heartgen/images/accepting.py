@@ -129,7 +129,7 @@ def read_again(source: Mapping[str, Any], folder: Path) -> Mask:
     source : mapping of str to value
         As `Mask.source` has it.
     folder : Path
-        Where a file of that name is looked for if there is none at its path.
+        From where a relative path leads, and where a file of that name is looked for otherwise.
 
     Returns
     -------
@@ -141,7 +141,7 @@ def read_again(source: Mapping[str, Any], folder: Path) -> Mask:
         As of `read_mask`.
     """
     said = dict(source)
-    path, view = Path(said.pop("path")), bool(said.pop("view", False))
+    path, view = folder / said.pop("path"), bool(said.pop("view", False))
     place = path if path.exists() else folder / path.name
     return read_heart(place, taking_of(said), view=view)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -11,6 +12,9 @@ import numpy as np
 
 from heartgen.images.schemes import Scheme
 from heartgen.images.taking import Taking
+
+FAR = 3
+"""Steps up from a folder to that of a mask, at most, that are told."""
 
 
 def source_of(file: Path, taking: Taking, view: bool) -> Mapping[str, Any]:
@@ -30,6 +34,31 @@ def source_of(file: Path, taking: Taking, view: bool) -> Mapping[str, Any]:
         if (plain := _plain(getattr(taking, each.name))) != each.default:
             said[each.name] = plain
     return said
+
+
+def seen_from(source: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    """The same source for a file in a folder that may be given to others.
+
+    Parameters
+    ----------
+    source : mapping of str to value
+        As of `source_of`.
+    folder : Path
+        Where the file will be.
+
+    Returns
+    -------
+    mapping of str to value
+        With a path relative to the folder, or the name alone of what lies far from it: the folders
+        above tell others nothing but who the user is.
+    """
+    path = Path(source["path"])
+    try:
+        near = Path(os.path.relpath(path, folder.absolute()))
+    except ValueError:  # on another drive
+        near = Path(path.name)
+    far = near.parts.count(os.pardir) > FAR
+    return {**source, "path": path.name if far else near.as_posix()}
 
 
 def taking_of(said: Mapping[str, Any]) -> Taking:
