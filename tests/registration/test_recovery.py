@@ -11,12 +11,12 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from heartgen.mesh.surfaces import sample_faces
 
 from benchmarks.solids import ellipsoid
 from heartgen.errors import RegistrationError
 from heartgen.images.levelset import LevelSet
 from heartgen.mesh import HexMesh
+from heartgen.mesh.surface_faces import sample_faces
 from heartgen.registration import Deformation, register
 
 INNER, OUTER = 20.0, 30.0
