@@ -24,7 +24,8 @@ __version__ = "0.1.0"
 GLOSSARY = "https://github.com/heartgen/heartgen/blob/HEAD/docs/glossary.md"
 """Page of the words that users meet, with their units."""
 
-sys.meta_path.append(FormerModules())
+# First, because what Python left of a module in its old place, a cache, would pass for a package.
+sys.meta_path.insert(0, FormerModules())
 
 # Steps and findings are logged; whoever wants to see them sets a level and a handler.
 logging.getLogger("heartgen").addHandler(logging.NullHandler())

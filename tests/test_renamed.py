@@ -223,7 +223,7 @@ def test_what_is_in_a_module_is_imported_from_where_it_was(
     assert refine is optimize
 
 
-@pytest.mark.parametrize("package", ["anatomy", "apps", "fields", "optimization", "viewing"])
+@pytest.mark.parametrize("package", ["anatomy", "fields", "optimization", "viewing", "widgets"])
 def test_name_is_in_its_package(package: str) -> None:
     module = import_module(f"heartgen.{package}")
     for former, new in renamed.NAMES[f"heartgen.{package}"].items():

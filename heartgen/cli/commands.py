@@ -317,7 +317,7 @@ def dashboard(
 ) -> None:
     """Serve the dashboard: mask in, mesh out, in a browser."""
     with errors_reported(debug):
-        from heartgen.apps.server import Address, serve
+        from heartgen.serving.server import Address, serve
 
         base = f"/{base_url.strip('/')}/".replace("//", "/")
         serve(Address(host, port, token, base, browser=not no_browser))

@@ -89,7 +89,7 @@ def view(
     """Show a mesh in the browser, with its mask."""
     with errors_reported(debug):
         with needing("the view needs", "apps"):
-            from heartgen.apps.standalone import view_files
+            from heartgen.serving.standalone import view_files
         view_files(mesh, mask, port, browser=not no_browser)
 
 

@@ -1,0 +1,220 @@
+"""`heartgen dashboard`: Jupyter's server with Voila on one port, showing the page and no more."""
+
+from __future__ import annotations
+
+import json
+import os
+import secrets
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from heartgen.errors import HeartgenError
+from heartgen.serving.limits import (
+    CULL_SECONDS,
+    IDLE_SECONDS,
+    MESSAGE_BYTES,
+    OUTPUT_BYTES_PER_SECOND,
+    limit_memory,
+)
+
+NOTEBOOK = "dashboard.ipynb"
+
+LOCAL = ("localhost", "127.0.0.1", "::1")
+"""Hosts that only this machine reaches."""
+
+WIDGET_MESSAGES = [
+    "comm_open",
+    "comm_close",
+    "comm_msg",
+    "comm_info_request",
+    "kernel_info_request",
+    "shutdown_request",
+]
+"""What a browser may tell a kernel: moves of widgets, but no code."""
+
+NEEDED = ("jupyter_server", "voila", "jupyter_server_proxy", "ipywidgets", "anywidget", "pyvista")
+
+POLICY = (
+    "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob: ws: wss:; frame-ancestors 'self'"
+)
+"""The page loads nothing from elsewhere: no one else learns of a visitor. (Scripts of widgets are
+blobs; Voila's page would ask a network for fonts.)"""
+
+VOILA = {
+    "VoilaConfiguration": {
+        "strip_sources": True,
+        "show_tracebacks": False,
+        "theme": "light",
+        "file_allowlist": [],
+    }
+}
+
+
+KERNEL = {"HistoryManager": {"enabled": False}, "IPKernelApp": {"log_level": 40}}
+"""Kernels keep no history, and tell errors only."""
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where the dashboard is served.
+
+    Attributes
+    ----------
+    host : str
+        Name or number of the machine's address.
+    port : int or None
+        None for the first free one from Jupyter's usual.
+    token : str or None
+        None for one that is made up where others could reach the page, and none where they cannot.
+    base_url : str
+        Begins and ends in a slash.
+    browser : bool
+        Open the page.
+    """
+
+    host: str = "localhost"
+    port: int | None = None
+    token: str | None = None
+    base_url: str = "/"
+    browser: bool = True
+
+
+def serve(place: Address) -> None:
+    """Serve the dashboard until it is interrupted.
+
+    Parameters
+    ----------
+    place : Address
+        Where.
+
+    Raises
+    ------
+    HeartgenError
+        If packages are missing, or the port is taken.
+    """
+    missing = [name for name in NEEDED if find_spec(name) is None]
+    if missing:
+        raise HeartgenError(
+            f"the dashboard needs the packages {', '.join(missing)}, which are not installed: "
+            "pip install 'heartgen[apps]'"
+        )
+    from jupyter_server.serverapp import ServerApp
+
+    from heartgen.serving.guard import close_proxy
+
+    limit_memory()
+    close_proxy()
+
+    with served_folder() as folder:
+        os.environ.update(environment(place, folder))
+        try:
+            ServerApp.launch_instance(argv=arguments(place, folder))
+        except SystemExit as ended:
+            if ended.code:
+                raise HeartgenError(
+                    f"the dashboard could not be served on {place.host}, port {place.port}: "
+                    "choose another port with --port"
+                ) from None
+
+
+@contextmanager
+def served_folder() -> Iterator[Path]:
+    """Lend a folder that holds the page and what configures it; it is removed afterwards."""
+    folder = Path(tempfile.mkdtemp(prefix="heartgen-dashboard-"))
+    try:
+        (folder / "served").mkdir()
+        (folder / "visitors").mkdir()
+        (folder / "config").mkdir()
+        shutil.copy(notebook(), folder / "served" / NOTEBOOK)
+        (folder / "config" / "voila.json").write_text(json.dumps(VOILA), encoding="utf-8")
+        profile = folder / "ipython" / "profile_default"
+        profile.mkdir(parents=True)
+        (profile / "ipython_kernel_config.json").write_text(json.dumps(KERNEL), encoding="utf-8")
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def notebook() -> Path:
+    """The notebook of the page: in the installed package, or in the checkout beside it."""
+    here = Path(__file__).resolve()
+    for path in (here.parent / NOTEBOOK, here.parents[2] / "notebooks" / NOTEBOOK):
+        if path.is_file():
+            return path
+    raise HeartgenError(f"{NOTEBOOK} is missing from the installation: install heartgen again")
+
+
+def environment(place: Address, folder: Path) -> dict[str, str]:
+    """Variables of the server, which its kernels inherit.
+
+    Parameters
+    ----------
+    place : Address
+        Where the dashboard is served.
+    folder : Path
+        With the server's settings.
+    """
+    paths = [str(folder / "config"), os.environ.get("JUPYTER_CONFIG_PATH", "")]
+    return {
+        "JUPYTER_CONFIG_PATH": os.pathsep.join(filter(None, paths)),
+        "PYVISTA_TRAME_SERVER_PROXY_PREFIX": f"{place.base_url}proxy/",
+        "VTK_WASM_DIR_OVERRIDE": str(folder / "config"),  # else trame looks for it on the network
+        "TMPDIR": str(folder / "visitors"),  # goes with the server, even if a kernel is killed
+        "IPYTHONDIR": str(folder / "ipython"),
+        "PYDEVD_DISABLE_FILE_VALIDATION": "1",
+    }
+
+
+def arguments(place: Address, folder: Path) -> list[str]:
+    """Command line of Jupyter's server.
+
+    Parameters
+    ----------
+    place : Address
+        Where the dashboard is served.
+    folder : Path
+        With the server's settings.
+    """
+    local = place.host in LOCAL
+    token = place.token if place.token is not None else "" if local else secrets.token_urlsafe(24)
+    extensions = {
+        "voila.server_extension": True,
+        "jupyter_server_proxy": True,
+        **dict.fromkeys(
+            ("jupyterlab", "notebook_shim", "jupyter_lsp", "jupyter_server_terminals"), False
+        ),
+    }
+    options: dict[str, Any] = {
+        "ServerApp.ip": place.host,
+        "ServerApp.base_url": place.base_url,
+        "ServerApp.root_dir": str(folder / "served"),
+        "ServerApp.default_url": f"/voila/render/{NOTEBOOK}",
+        "ServerApp.open_browser": place.browser,
+        "ServerApp.jpserver_extensions": extensions,
+        "ServerApp.authorizer_class": "heartgen.serving.guard.OnlyThePage",
+        "ServerApp.tornado_settings": {
+            "websocket_max_message_size": MESSAGE_BYTES,
+            "headers": {"Content-Security-Policy": POLICY},
+        },
+        "ServerApp.log_level": 40,
+        "ServerApp.allow_root": True,  # as in containers; the browser cannot run code
+        "IdentityProvider.token": token,
+        "PasswordIdentityProvider.password_required": False,
+        "MappingKernelManager.allowed_message_types": WIDGET_MESSAGES,
+        "MappingKernelManager.cull_idle_timeout": IDLE_SECONDS,
+        "MappingKernelManager.cull_interval": CULL_SECONDS,
+        "ZMQChannelsWebsocketConnection.iopub_data_rate_limit": OUTPUT_BYTES_PER_SECOND,
+    }
+    if place.port is not None:
+        options |= {"ServerApp.port": place.port, "ServerApp.port_retries": 0}
+    address = f"http://{place.host}:{place.port or 8888}{place.base_url}"
+    query = f"?token={token}" if token else ""
+    print(f"heartgen dashboard: {address}{query}   (Ctrl-C ends it)", file=sys.stderr)
+    return [f"--{name}={value}" for name, value in options.items()] + ["-y"]

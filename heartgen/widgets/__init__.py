@@ -1,0 +1,38 @@
+"""What the apps are made of: the dashboard, and pieces of it for the cells of a notebook.
+
+State lives in a model that knows no widget (`Session` and its parts); the panels draw it; the same
+page serves Voila, JupyterLab and a notebook cell.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from heartgen.errors import needing
+from heartgen.renamed import keep_former_names
+
+if TYPE_CHECKING:
+    from heartgen.widgets.dashboard_page import dashboard
+    from heartgen.widgets.notebook_cells import compare, view
+    from heartgen.widgets.session import Session
+
+__all__ = ["Session", "compare", "dashboard", "view"]
+
+_HOMES = {
+    "Session": "heartgen.widgets.session",
+    "compare": "heartgen.widgets.notebook_cells",
+    "dashboard": "heartgen.widgets.dashboard_page",
+    "view": "heartgen.widgets.notebook_cells",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name, or say which packages are missing for it."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'heartgen.widgets' has no attribute {name!r}")
+    with needing("the dashboard needs", "apps"):
+        return getattr(import_module(_HOMES[name]), name)
+
+
+keep_former_names(__name__)

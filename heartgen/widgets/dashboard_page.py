@@ -1,0 +1,182 @@
+"""The page: the panels in their places, one session behind them."""
+
+from __future__ import annotations
+
+import asyncio
+import atexit
+from contextlib import suppress
+from functools import partial
+from typing import Any
+
+import ipywidgets as widgets
+
+from heartgen import GLOSSARY, __version__
+from heartgen.errors import InputError
+from heartgen.widgets.hints import hints
+from heartgen.widgets.input_case import sample_choices
+from heartgen.widgets.panels.assess import AssessPanel
+from heartgen.widgets.panels.export import ExportPanel
+from heartgen.widgets.panels.fit_options import OptionsPanel
+from heartgen.widgets.panels.running import RunPanel
+from heartgen.widgets.panels.slices import SlicesPanel
+from heartgen.widgets.panels.source import SourcePanel
+from heartgen.widgets.panels.view import ViewPanel
+from heartgen.widgets.parts import SETTLING, button, classed, style, text
+from heartgen.widgets.session import Session, post_on_loop
+from heartgen.widgets.transfer import Pulse
+
+FIRST = "lifelike"
+"""Sample that is loaded when the page opens."""
+
+HEADER = (
+    "<h1>heartgen</h1><p>From a segmentation of the heart to a personalized cubic Hermite mesh</p>"
+)
+
+FOOTER = (
+    f"Research use, not for diagnosis · heartgen {__version__} · method of Lamata et al. (2014) · "
+    "what you upload stays in your own session and is removed when it ends · "
+    f'<a href="{GLOSSARY}" target="_blank" rel="noopener">words and units</a>'
+)
+
+
+def dashboard(sample: str | None = FIRST) -> widgets.Widget:
+    """Make the dashboard.
+
+    Parameters
+    ----------
+    sample : str or None
+        Sample to load as soon as the page is on the screen.
+
+    Returns
+    -------
+    ipywidgets.Widget
+        Show it as the last line of a notebook's cell. Its `session` is the state behind the page.
+
+    Raises
+    ------
+    InputError
+        If there is no such sample.
+    """
+    if sample is not None and sample not in (name for _, name in sample_choices()):
+        raise InputError(f"There is no sample {sample!r}; see heartgen.samples.names().")
+    page = Page(sample)
+    page.widget.session = page.session
+    page.widget.page = page
+    return page.widget
+
+
+class Page:
+    """All panels, and which of them is in the middle.
+
+    Parameters
+    ----------
+    first : str, optional
+        Sample to begin with; None for none.
+    """
+
+    def __init__(self, first: str | None = None) -> None:
+        self.session = Session(post_on_loop())
+        atexit.register(self.session.close)
+        session = self.session
+        self.source = SourcePanel(session, first)
+        self.options = OptionsPanel(session)
+        self.running = RunPanel(session)
+        self.panels: dict[str, Any] = {
+            "input": SlicesPanel(session),
+            "view": ViewPanel(session),
+            "assess": AssessPanel(session),
+            "export": ExportPanel(session),
+        }
+        self.tabs = {
+            key: button(title, tip, partial(self.turn_to, key), f"hg-tab hg-tab-{key}")
+            for key, title, tip in (
+                ("input", "1 Slices", "The mask in three slices, and what the checks found"),
+                ("view", "4 View", "The heart in 3-D"),
+                ("assess", "5 Assess", "How good the mesh is"),
+                ("export", "6 Export", "Download the mesh"),
+            )
+        }
+        side = [self.source.widget, self.options.widget, self.running.widget]
+        middle = [
+            classed(widgets.HBox(list(self.tabs.values())), "hg-tabs"),
+            *(panel.widget for panel in self.panels.values()),
+        ]
+        self.widget = classed(
+            widgets.VBox(
+                [
+                    style(),
+                    text(HEADER, "hg-header"),
+                    classed(
+                        widgets.HBox(
+                            [
+                                classed(widgets.VBox(side), "hg-side"),
+                                classed(widgets.VBox(middle), "hg-main"),
+                            ]
+                        ),
+                        "hg-body",
+                    ),
+                    Pulse(),
+                    hints(),
+                    text(FOOTER, "hg-footer"),
+                ]
+            ),
+            "hg-app",
+        )
+        session.observe(self._mark, "states")
+        session.observe(self._start_view, ["anatomy"])
+        session.observe(self._follow, ["shown"])
+        session.observe(self._complain, ["complaint", "case"])
+        self._looked = False
+        self.turn_to("input")
+
+    def turn_to(self, key: str) -> None:
+        """Put a panel into the middle.
+
+        Parameters
+        ----------
+        key : str
+            Name of the panel.
+        """
+        for name, panel in self.panels.items():
+            panel.widget.layout.display = "" if name == key else "none"
+            tab = self.tabs[name]
+            (tab.add_class if name == key else tab.remove_class)("hg-open")
+        if key == "view" and not self._looked:
+            self._looked = True
+            self._place_camera()
+
+    def _place_camera(self) -> None:
+        """Place the camera when the view is first opened: while hidden, the browser misplaces it.
+
+        Once more when the browser has had time to give the view its size.
+        """
+        self._reset_view()
+        with suppress(RuntimeError):  # no loop: nobody is looking
+            asyncio.get_running_loop().call_later(SETTLING, self._reset_view)
+
+    def _reset_view(self) -> None:
+        """Look from the usual place, if there is a view already."""
+        view = self.panels["view"].view
+        if view is not None:
+            view.reset()
+
+    def _mark(self, _: Any) -> None:
+        """Show on the tabs how their steps stand."""
+        for key, tab in self.tabs.items():
+            phase = self.session.states[key].phase
+            for name in ("blocked", "ready", "running", "done", "failed"):
+                (tab.add_class if name == phase else tab.remove_class)(f"hg-is-{name}")
+
+    def _follow(self, change: Any) -> None:
+        """Show the first mesh of a case as soon as it is there."""
+        if change["new"] is not None and change["old"] is None:
+            self.turn_to("view")
+
+    def _complain(self, change: Any) -> None:
+        """Show a new input, or why it was refused."""
+        if change["new"]:
+            self.turn_to("input")
+
+    def _start_view(self, _: Any) -> None:
+        """Start the 3-D view once there is something to see; its libraries take long to load."""
+        self.panels["view"].open()

@@ -1,0 +1,202 @@
+"""Step 5: the report card, histograms, the runs compared, and the levels of detail."""
+
+from __future__ import annotations
+
+import html
+import io
+from typing import Any
+
+import anywidget
+import ipywidgets as widgets
+from traitlets import Any as AnyTrait
+from traitlets import Float, List
+
+from heartgen.widgets.parts import button, classed, head, text
+from heartgen.widgets.runs import Outcome
+from heartgen.widgets.session import Session, siblings
+from heartgen.widgets.transfer import WEB
+
+DPI = 110
+"""Of the histograms: 1056 pixels across."""
+
+THRESHOLD = 0.33
+"""Least mean quality of a success (paper, section 3.2); as in `heartgen.assessment`."""
+
+
+class Tradeoff(anywidget.AnyWidget):
+    """Error against quality, a point for each level of detail that may be clicked."""
+
+    _esm = WEB / "tradeoff.js"
+    points: List[dict[str, Any]] = List().tag(sync=True)
+    selected = AnyTrait(None, allow_none=True).tag(sync=True)
+    threshold = Float(THRESHOLD).tag(sync=True)
+
+
+def link_tradeoff(plot: Tradeoff, session: Session) -> None:
+    """Have a plot show the levels of the case that is looked at, and a click load a mesh.
+
+    Parameters
+    ----------
+    plot : Tradeoff
+        The plot.
+    session : Session
+        The visitor's work.
+    """
+
+    def clicked(change: Any) -> None:
+        if session.shown is None:
+            return
+        for outcome in siblings(session, session.shown):
+            if outcome.lod == change["new"] and outcome is not session.shown:
+                session.show(outcome)
+
+    def draw(_: Any = None) -> None:
+        if session.shown is None:
+            return
+        with plot.hold_sync():
+            plot.selected = session.shown.lod
+            plot.points = [
+                {
+                    "lod": o.lod,
+                    "error": o.result.report.accuracy.mean,
+                    "quality": o.result.report.quality.mean,
+                }
+                for o in siblings(session, session.shown)
+            ]
+
+    plot.observe(clicked, "selected")
+    session.observe(draw, ["shown", "outcomes"])
+    draw()
+
+
+class AssessPanel:
+    """How good the mesh is.
+
+    Parameters
+    ----------
+    session : Session
+        The visitor's work.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.card = text("", "hg-report")
+        self.figure = classed(widgets.Image(format="png"), "hg-histograms")
+        self.tradeoff = Tradeoff()
+        self.sweep = button(
+            "Fit all levels of detail", "Fit this case at all five levels and compare", self._sweep
+        )
+        self.hint = text("", "hg-note")
+        self.table = text("", "hg-table")
+        link_tradeoff(self.tradeoff, session)
+        session.observe(self._draw, ["shown", "outcomes"])
+        session.observe(self._enable, ["states"])
+        levels = classed(
+            widgets.VBox(
+                [
+                    text("<h3>Levels of detail: accuracy against quality</h3>"),
+                    self.tradeoff,
+                    self.hint,
+                    self.sweep,
+                ]
+            ),
+            "hg-levels",
+        )
+        runs = classed(widgets.VBox([text("<h3>Runs</h3>"), self.table]), "hg-compare")
+        self.body = classed(
+            widgets.VBox(
+                [
+                    self.card,
+                    self.figure,
+                    classed(widgets.HBox([levels, runs]), "hg-columns"),
+                ]
+            ),
+            "hg-judge",
+        )
+        self.empty = text("<p>Run heartgen to see how good the mesh is.</p>", "hg-empty")
+        self.widget = classed(
+            widgets.VBox([head(session, "assess"), self.empty, self.body]), "hg-panel"
+        )
+        self._draw()
+
+    def _sweep(self) -> None:
+        self.session.sweep()
+
+    def _enable(self, _: Any = None) -> None:
+        self.sweep.disabled = (
+            self.session.states["run"].phase == "blocked" or self.session.active_run is not None
+        )
+
+    def _draw(self, _: Any = None) -> None:
+        shown = self.session.shown
+        self.empty.layout.display = "none" if shown else ""
+        self.body.layout.display = "" if shown else "none"
+        if shown is None:
+            return
+        from heartgen.viewing.figures import draw_histograms
+
+        self.card.value = card_html(shown)
+        buffer = io.BytesIO()
+        draw_histograms(shown.result).savefig(buffer, dpi=DPI)
+        self.figure.value = buffer.getvalue()
+        others = siblings(self.session, shown)
+        self.hint.value = (
+            "Click a point to load its mesh."
+            if len(others) > 1
+            else "One level so far. The others show what accuracy costs in quality."
+        )
+        self.table.value = table_html(self.session.outcomes, shown)
+        self._enable()
+
+
+def card_html(outcome: Outcome) -> str:
+    """The verdict, and all measures under their titles.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        The mesh that is judged.
+    """
+    from heartgen.viewing.card import sections, verdict
+
+    report = outcome.result.report
+    judged = verdict(report)
+    parts = "".join(
+        f"<section><h3>{html.escape(section.title)}</h3><table>"
+        + "".join(
+            f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
+            for name, value in section.rows
+        )
+        + "</table></section>"
+        for section in sections(report)
+    )
+    return (
+        f'<p class="hg-verdict hg-{judged.level}"><b>{html.escape(outcome.title)}</b> · '
+        f'{html.escape(judged.text)}</p><div class="hg-sections">{parts}</div>'
+    )
+
+
+def table_html(outcomes: list[Outcome], shown: Outcome) -> str:
+    """All meshes side by side.
+
+    Parameters
+    ----------
+    outcomes : list of Outcome
+        A row for each.
+    shown : Outcome
+        The one that is looked at.
+    """
+    rows = "".join(
+        f'<tr class="{"hg-shown" if o is shown else ""}"><td>{html.escape(o.title)}</td>'
+        f"<td>{o.result.report.accuracy.mean:.3f}</td><td>{o.result.report.accuracy.p95:.3f}</td>"
+        f"<td>{o.result.report.quality.mean:.3f}</td><td>{o.result.report.quality.min:.3f}</td>"
+        f"<td>{o.result.report.fairness.circumferential_median:.0f}</td>"
+        f"<td>{o.result.report.fairness.longitudinal_median:.0f}</td>"
+        f"<td>{'proven' if o.result.report.quality.valid else 'NOT valid'}</td></tr>"
+        for o in reversed(outcomes)
+    )
+    return (
+        "<table><thead><tr><th>run</th><th>error (mm)</th><th>95 %</th><th>Q</th><th>least Q</th>"
+        "<th>wriggle around (°)</th><th>along</th>"
+        f"<th>validity</th></tr></thead><tbody>{rows}</tbody></table>"
+    )

@@ -1,0 +1,252 @@
+"""Step 4: the heart in 3-D, through the stages of the pipeline, colored and cut as one likes."""
+
+from __future__ import annotations
+
+import asyncio
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import ipywidgets as widgets
+
+from heartgen.widgets.memory import release_memory
+from heartgen.widgets.parts import choose, classed, head, row, text
+from heartgen.widgets.session import Session
+
+LIMITS = (("automatic", 0.0), ("0.5 mm", 0.5), ("1 mm", 1.0), ("2 mm", 2.0), ("5 mm", 5.0))
+
+STAGES = (
+    ("Template", "template"),
+    ("Registered", "registered"),
+    ("Warped", "warped"),
+    ("Enhanced", "enhanced"),
+    ("Optimized", "optimized"),
+)
+"""As in `heartgen.widgets.mesh_scene`, which waits for VTK; a test compares. So are the next."""
+
+COLORS = (
+    ("Error", "error"),
+    ("Quality Q", "quality"),
+    ("Surface", "region"),
+    ("AHA segment", "segment"),
+    ("Transmural", "transmural"),
+    ("Longitudinal", "longitudinal"),
+    ("Wall thickness", "thickness"),
+)
+LINES = (("Element edges", "edges"), ("Fibers", "fibers"), ("None", "off"))
+MASKS = (
+    ("Where it differs", "misfit"),
+    ("All of it", "whole"),
+    ("Its slices", "slices"),
+    ("Hidden", "off"),
+)
+CUTS = (
+    ("No cut", "off"),
+    ("Long axis, 1", "x"),
+    ("Long axis, 2", "y"),
+    ("Short axis", "z"),
+)
+
+
+class ViewPanel:
+    """Controls of the 3-D view, and its key.
+
+    Parameters
+    ----------
+    session : Session
+        The visitor's work.
+    titled : bool
+        Whether the panel has a head.
+    """
+
+    def __init__(self, session: Session, titled: bool = True) -> None:
+        self.session = session
+        self._task: asyncio.Task[None] | None = None
+        self.view: Any = None
+        self._case: Any = None
+        self._pool = ThreadPoolExecutor(1, thread_name_prefix="heartgen-view")
+        self._ask = 0
+        self.stage = row(
+            "Stage",
+            widgets.ToggleButtons(options=STAGES, value="optimized"),
+            "The mesh on its way: template, registered, warped, enhanced, optimized",
+        )
+        self.stage.tooltips = [f"Show the mesh: {title.lower()}" for title, _ in STAGES]
+        self.color = choose(COLORS, "error", "Color by", "What the colors of the mesh show")
+        self.limit = choose(
+            LIMITS, 0.0, "Scale ends at", "Distance at the end of the error's color scale"
+        )
+        self.mask = choose(
+            _masks(False),
+            "misfit",
+            "Mask",
+            "The mask's surface, translucent, or of a stack the contours in its slices",
+        )
+        self.cut = choose(CUTS, "off", "Cut", "Cut the heart open along one of its axes")
+        self.position = row(
+            "At",
+            widgets.FloatSlider(
+                0.5, min=0.02, max=0.98, step=0.02, continuous_update=False, readout=False
+            ),
+            "Place of the cut",
+        )
+        self.lines = choose(LINES, "edges", "Lines", "Edges of the elements, or rule-based fibers")
+        self.key = text("", "hg-scale")
+        self.place = classed(
+            widgets.Box([text("The 3-D view is starting …", "hg-notice")]), "hg-view"
+        )
+        controls = [self.color, self.limit, self.mask, self.lines, self.cut, self.position]
+        for control in (self.stage, *controls):
+            control.observe(self._draw, "value")
+        session.observe(self._draw, ["anatomy", "shown"])
+        self.widget = classed(
+            widgets.VBox(
+                [
+                    *([head(session, "view")] if titled else []),
+                    classed(self.stage, "hg-stages"),
+                    self.place,
+                    self.key,
+                    classed(widgets.HBox(controls), "hg-controls"),
+                ]
+            ),
+            "hg-panel hg-look",
+        )
+        self._controls = [self.stage, *controls]
+        self._enable()
+
+    def open(self) -> None:
+        """Have the 3-D view started, once, where there is a loop: else nobody is looking."""
+        if self._task is not None:
+            return
+        try:
+            loop = asyncio.get_running_loop()
+        except RuntimeError:
+            return
+        self._task = loop.create_task(self._start())
+        self._task.add_done_callback(self._started)
+
+    def _started(self, task: asyncio.Task[None]) -> None:
+        """Say so if the view could not be started."""
+        if not task.cancelled() and (error := task.exception()) is not None:
+            sentence = f"The 3-D view could not be started ({type(error).__name__}: {error})."
+            self.place.children = (text(sentence, "hg-notice"),)
+
+    async def _start(self) -> None:
+        """Start the 3-D view; the page is on the screen by then."""
+        loop = asyncio.get_running_loop()
+        await loop.run_in_executor(self._pool, _import_scene)
+        from heartgen.widgets.viewer import HeartView
+
+        self.view = HeartView()
+        await self.view.start()
+        self.place.children = (self.view.widget,)
+        self._draw()
+
+    def _enable(self) -> None:
+        """Only what is of use can be changed."""
+        there = self.session.shown is not None
+        for control in self._controls:
+            control.disabled = not there
+        self.limit.disabled = not there or self.color.value != "error"
+        self.position.disabled = not there or self.cut.value == "off"
+
+    def _draw(self, _: Any = None) -> None:
+        """Have the scene made in the thread, then show it."""
+        self._enable()
+        session = self.session
+        if session.anatomy is not None:
+            self._offer(_masks(session.anatomy.slices is not None))
+        if self.view is None or session.anatomy is None:
+            return
+        self._ask += 1
+        self._pool.submit(self._make, self._ask, session.shown, session.anatomy, self._wanted())
+
+    def _offer(self, masks: tuple[tuple[str, str], ...]) -> None:
+        """Ways to show the mask that suit the case; of a stack, its contours at first."""
+        if tuple(self.mask.options) == masks:
+            return
+        keys = [key for _, key in masks]
+        chosen = self.mask.value if self.mask.value in keys else "misfit"
+        self.mask.options = masks
+        self.mask.value = "slices" if "slices" in keys else chosen
+
+    def _wanted(self) -> dict[str, Any]:
+        """What the controls ask for."""
+        return {
+            "stage": self.stage.value,
+            "color": self.color.value,
+            "mask": self.mask.value,
+            "lines": self.lines.value,
+            "cut": self.cut.value,
+            "position": self.position.value,
+            "limit": self.limit.value or None,
+        }
+
+    def _make(self, ask: int, shown: Any, anatomy: Any, wanted: dict[str, Any]) -> None:
+        """In the thread: make the scene; the newest only."""
+        from heartgen.widgets.mesh_scene import SceneView, mask_scene, mesh_scene
+
+        if ask != self._ask:
+            return
+        try:
+            scene = mask_scene(anatomy) if shown is None else mesh_scene(shown, SceneView(**wanted))
+        except Exception as error:
+            sentence = f"the view cannot be drawn ({type(error).__name__}: {error})"
+            self.session.post(lambda: setattr(self.key, "value", sentence))
+            return
+        release_memory()
+        self.session.post(lambda: self._show(ask, scene))
+
+    def _show(self, ask: int, scene: Any) -> None:
+        """On the loop: hand the scene to the view."""
+        if ask != self._ask:
+            return
+        session = self.session
+        case = session.case
+        self.view.show(scene, reset=case is not self._case)
+        self._case = case
+        slices = session.anatomy.slices
+        moved = slices is not None and bool(slices.shifts.any()) and self.mask.value == "slices"
+        self.key.value = key_html(scene.painted, self.mask.value != "off", moved)
+
+
+def _masks(stack: bool) -> tuple[tuple[str, str], ...]:
+    """Ways to show the mask: contours are those of a stack."""
+    return tuple((title, key) for title, key in MASKS if stack or key != "slices")
+
+
+def key_html(painted: Any, mask: bool, moved: bool = False) -> str:
+    """The key of the colors.
+
+    Parameters
+    ----------
+    painted : Painted
+        Colors of the surface.
+    mask : bool
+        Whether the mask is shown.
+    moved : bool
+        Whether slices are shown that were aligned, so that they were given elsewhere.
+    """
+    marks = '<span class="hg-class"><i class="hg-mask-mark"></i>mask</span>' if mask else ""
+    if moved:
+        marks += '<span class="hg-class"><i class="hg-given-mark"></i>slices as given</span>'
+    if painted is None:
+        return marks
+    if painted.scale is not None:
+        low, high = painted.scale.limits
+        more = " or more" if painted.more else ""
+        key = (
+            f'<div class="hg-bar"><span>{painted.title}</span>'
+            f'<i style="background:linear-gradient(to right,{",".join(painted.stops)})"></i>'
+            f"<span><b>{low:g}</b><b>{(low + high) / 2:g}</b><b>{high:g}{more}</b></span></div>"
+        )
+    else:
+        key = f"<span>{painted.title}</span>" + "".join(
+            f'<span class="hg-class"><i style="background:{color}"></i>{name}</span>'
+            for color, name in painted.names
+        )
+    return key + marks
+
+
+def _import_scene() -> None:
+    """Load VTK, which takes long, beside the kernel's loop."""
+    import heartgen.widgets.viewer  # noqa: F401

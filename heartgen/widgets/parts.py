@@ -1,0 +1,161 @@
+"""Small parts of which the panels are made."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import ipywidgets as widgets
+
+from heartgen.widgets.hints import explained
+from heartgen.widgets.session import Session
+from heartgen.widgets.steps import STEPS, StepState
+
+STYLE = Path(__file__).parent / "web" / "style.css"
+
+MARKS = {"blocked": "–", "ready": "", "running": "", "done": "✓", "failed": "!"}
+"""What the badge of a step shows instead of its number."""
+
+SETTLING = 1.0
+"""Seconds after which what was put on the page has its size there."""
+
+NAMES = {
+    "blocked": "waits",
+    "ready": "ready",
+    "running": "running",
+    "done": "done",
+    "failed": "failed",
+}
+
+
+def head(session: Session, key: str) -> widgets.HTML:
+    """Head of a step: its number, title and state, and why.
+
+    Parameters
+    ----------
+    session : Session
+        The visitor's work.
+    key : str
+        Of the step, see `STEPS`.
+    """
+    step = next(s for s in STEPS if s.key == key)
+    shown = text("", f"hg-head hg-step-{key}")
+
+    def draw(_: Any = None) -> None:
+        state: StepState = session.states[key]
+        mark = MARKS[state.phase] or str(step.number)
+        shown.value = (
+            f'<div class="hg-{state.phase}" role="status">'
+            f'<span class="hg-badge" aria-hidden="true">{mark}</span>'
+            f"<h2>{step.number}. {step.title}</h2>"
+            f'<span class="hg-why"><b>{NAMES[state.phase]}</b> · {html.escape(state.reason)}</span>'
+            "</div>"
+        )
+
+    session.observe(draw, "states")
+    draw()
+    return shown
+
+
+def text(value: str = "", classes: str = "") -> widgets.HTML:
+    """A piece of HTML.
+
+    Parameters
+    ----------
+    value : str
+        The HTML.
+    classes : str
+        CSS classes, with blanks between them.
+    """
+    return classed(widgets.HTML(value), classes)
+
+
+def style() -> widgets.HTML:
+    """What gives the page its look; once on every page."""
+    return text(f"<style>{STYLE.read_text(encoding='utf-8')}</style>", "hg-style")
+
+
+def classed(widget: Any, classes: str) -> Any:
+    """A widget with CSS classes.
+
+    Parameters
+    ----------
+    widget : ipywidgets.Widget
+        Changed, and returned.
+    classes : str
+        CSS classes, with blanks between them.
+    """
+    for name in classes.split():
+        widget.add_class(name)
+    return widget
+
+
+def row(label: str, control: Any, tooltip: str) -> Any:
+    """A labeled control that explains itself on hover.
+
+    The label is the widget's own description, which the browser ties to the control.
+
+    Parameters
+    ----------
+    label : str
+        In front of the control.
+    control : ipywidgets.Widget
+        Changed, and returned.
+    tooltip : str
+        What is shown on hover.
+    """
+    control.description = label
+    return classed(explained(control, tooltip), "hg-row")
+
+
+def button(title: str, tooltip: str, do: Callable[[], Any], classes: str = "") -> widgets.Button:
+    """A button.
+
+    Parameters
+    ----------
+    title : str
+        On the button.
+    tooltip : str
+        What is shown on hover.
+    do : callable
+        Called on a click.
+    classes : str
+        CSS classes, with blanks between them.
+    """
+    made = widgets.Button(description=title, tooltip=tooltip)
+    made.on_click(lambda _: do())
+    return classed(made, f"hg-button {classes}".strip())
+
+
+def choose(options: Any, value: Any, label: str, tooltip: str) -> Any:
+    """A drop-down list of titles and values.
+
+    Parameters
+    ----------
+    options : iterable of (str, object)
+        Titles and values.
+    value : object
+        The one that is chosen at first.
+    label : str
+        In front of the list.
+    tooltip : str
+        What is shown on hover.
+    """
+    return row(label, widgets.Dropdown(options=list(options), value=value), tooltip)
+
+
+def seconds(value: float) -> str:
+    """A time in words, no more exact than an expectation is.
+
+    Parameters
+    ----------
+    value : float
+        Seconds; nan if nothing is known.
+    """
+    if value != value:
+        return ""
+    if value < 90:
+        return f"{max(1, round(value))} s"
+    return f"{value / 60:.0f} min"

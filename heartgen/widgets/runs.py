@@ -1,0 +1,210 @@
+"""One run of the pipeline: how far it is, how long it will take, and how to stop it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from traitlets import Any as AnyTrait
+from traitlets import Dict, Enum, Float, HasTraits, Int, Tuple, Unicode
+
+from heartgen.errors import Cancelled, sentence
+from heartgen.options import STEPS
+
+if TYPE_CHECKING:
+    from heartgen.anatomy import Anatomy
+    from heartgen.options import Options
+    from heartgen.result import Personalization
+    from heartgen.widgets.input_case import InputCase
+
+INTERVAL = 0.2
+"""Least seconds between two reports of progress, so that the page can keep up."""
+
+Post = Callable[[Callable[[], None]], Any]
+"""Has something done where the state may be changed: on the kernel's loop."""
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """A mesh that came out of a run.
+
+    Attributes
+    ----------
+    run : int
+        Number of the run.
+    case : InputCase
+        The input.
+    result : Personalization
+        What the pipeline gave.
+    """
+
+    run: int
+    case: InputCase
+    result: Personalization
+
+    @property
+    def lod(self) -> int:
+        """Level of detail."""
+        return int(self.result.options.lod)
+
+    @property
+    def title(self) -> str:
+        """Name in lists."""
+        return f"{self.run} · {self.case.name} · LoD {self.lod}"
+
+
+class Run(HasTraits):
+    """A run, from waiting to its end.
+
+    Attributes
+    ----------
+    case : InputCase
+        The input.
+    options : Options
+        Of the pipeline.
+    **traits : object
+        First values of the attributes.
+    phase : {"waiting", "running", "done", "failed", "cancelled"}
+    step : str
+        The running step.
+    shares : dict of str to float
+        Share of each step that is done.
+    left : float
+        Seconds left, as expected; nan where nothing is known.
+    seconds : float
+        Since it started, or taken in all.
+    error : str
+        Why it failed, in a sentence.
+    outcomes : tuple of Outcome
+    """
+
+    number = Int()
+    levels = Tuple()
+    phase = Enum(["waiting", "running", "done", "failed", "cancelled"], "waiting")
+    step = Unicode("")
+    shares = Dict()
+    left = Float(float("nan"))
+    seconds = Float(0.0)
+    error = Unicode("")
+    outcomes = Tuple()
+    expected = Dict()
+    case = AnyTrait()
+    options = AnyTrait()
+
+    def __init__(self, case: InputCase, options: Options, **traits: Any) -> None:
+        super().__init__(case=case, options=options, **traits)
+        self.shares = dict.fromkeys(STEPS, 0.0)
+        self._stop = threading.Event()
+        self._started = 0.0
+        self._passes = dict.fromkeys(STEPS, 0)
+        self._told = 0.0
+
+    @property
+    def active(self) -> bool:
+        """Whether it is waiting or running."""
+        return self.phase in ("waiting", "running")
+
+    @property
+    def title(self) -> str:
+        """Name in lists."""
+        detail = "all levels" if len(self.levels) > 1 else f"LoD {self.levels[0]}"
+        return f"{self.number} · {self.case.name} · {detail}"
+
+    def cancel(self) -> None:
+        """Stop it; on the page it has stopped at once, the pipeline follows at its next report."""
+        if self.active:
+            self._stop.set()
+            self.phase = "cancelled"
+
+    def work(self, anatomy: Anatomy | None, post: Post) -> None:
+        """Do the work, in a thread of its own; all that changes is posted.
+
+        Parameters
+        ----------
+        anatomy : Anatomy or None
+            The input's, if it is measured already; otherwise None.
+        post : callable
+            Has a change made where the state lives.
+        """
+        from heartgen.pipeline import personalize_levels
+
+        self._started = time.perf_counter()
+        try:
+            self._raise_if_stopped()
+            post(lambda: self._become("running"))
+            results = personalize_levels(
+                self.case.mask,
+                self.levels,
+                self.options,
+                progress=lambda step, done: self._report(step, done, post),
+                anatomy=anatomy,
+            )
+            self._raise_if_stopped()
+        except Cancelled:
+            return
+        except Exception as error:
+            said = sentence(error)
+            post(lambda: self._fail(said))
+        else:
+            outcomes = tuple(Outcome(self.number, self.case, result) for result in results)
+            post(lambda: self._finish(outcomes))
+
+    def _raise_if_stopped(self) -> None:
+        if self._stop.is_set():
+            raise Cancelled("cancelled")
+
+    def _report(self, step: str, done: float, post: Post) -> None:
+        """Called by the pipeline, in its thread."""
+        self._raise_if_stopped()
+        if done >= 1:
+            self._passes[step] += 1
+        elif time.perf_counter() - self._told < INTERVAL and done > 0:
+            return
+        self._told = time.perf_counter()
+        rounds = len(self.levels) if self._repeats(step) else 1
+        share = min((self._passes[step] + (done if done < 1 else 0)) / rounds, 1.0)
+        seconds = self._told - self._started
+        post(lambda: self._advance(step, share, seconds))
+
+    def _repeats(self, step: str) -> bool:
+        """Whether a step is done for each level anew."""
+        return STEPS.index(step) > STEPS.index("registration")
+
+    def _advance(self, step: str, share: float, seconds: float) -> None:
+        """Take in a report."""
+        if self.phase != "running":
+            return
+        with self.hold_trait_notifications():
+            self.step = step
+            self.shares = {**self.shares, step: share}
+            self.seconds = seconds
+            self.left = self._expect_left(seconds)
+
+    def _expect_left(self, seconds: float) -> float:
+        """Seconds left, from what was expected and what the time so far says about that."""
+        past = sum(self.expected.get(s, 0.0) * share for s, share in self.shares.items())
+        rest = sum(self.expected.get(s, 0.0) * (1 - share) for s, share in self.shares.items())
+        if past <= 0:
+            return float(rest)
+        weight = past / (past + rest)
+        return float(rest * (1 - weight + weight * seconds / past))
+
+    def _become(self, phase: str) -> None:
+        if self.active:
+            self.phase = phase
+
+    def _fail(self, sentence: str) -> None:
+        if self.active:
+            self.error = sentence
+            self.phase = "failed"
+
+    def _finish(self, outcomes: tuple[Outcome, ...]) -> None:
+        if not self.active:
+            return
+        self.seconds = time.perf_counter() - self._started
+        self.left = 0.0
+        self.outcomes = outcomes
+        self.phase = "done"

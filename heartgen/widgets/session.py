@@ -1,0 +1,421 @@
+"""The state of one visitor's page: input, choices, runs, what is looked at, and every step's state.
+
+Nothing here knows a widget. Long work is done in one thread; what it changes is posted to where
+the state lives.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import shutil
+import tempfile
+import threading
+import traceback
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from traitlets import Any as AnyTrait
+from traitlets import Dict, HasTraits, Instance, Int, List, Unicode, observe
+
+from heartgen.errors import HeartgenError, sentence
+from heartgen.widgets.costs import Costs
+from heartgen.widgets.input_case import BINARY, InputCase, analyze_case, load_file, load_sample
+from heartgen.widgets.memory import release_memory
+from heartgen.widgets.run_options import RunOptions
+from heartgen.widgets.runs import Outcome, Post, Run
+from heartgen.widgets.steps import StepState
+
+if TYPE_CHECKING:
+    from heartgen.anatomy import Anatomy
+    from heartgen.options import Options
+
+MAX_UPLOAD = 400 * 1024 * 1024
+"""Largest upload, bytes: compressed label maps of the 1024^3 voxels that are read are smaller."""
+
+ALL_LEVELS = (1, 2, 3, 4, 5)
+
+
+class Session(HasTraits):
+    """One visitor's work.
+
+    Attributes
+    ----------
+    post : callable, optional
+        Has a change made where the state lives; at once if omitted.
+    **traits : object
+        First values of the attributes.
+    case : Case or None
+    anatomy : Anatomy or None
+        Of the case, under the choices of the moment.
+    reading : str
+        What is being read or measured; empty when nothing is.
+    complaint : str
+        Why the last input was refused, or its heart cannot be measured.
+    choices : RunOptions
+    runs : list of Run
+        The newest last.
+    outcomes : list of Outcome
+        Every mesh of every run.
+    shown : Outcome or None
+        The one that is looked at, judged and taken away.
+    taken : str
+        What was downloaded last.
+    states : dict of str to StepState
+    """
+
+    case = AnyTrait(None, allow_none=True)
+    anatomy = AnyTrait(None, allow_none=True)
+    reading = Unicode("")
+    complaint = Unicode("")
+    choices = Instance(RunOptions)
+    runs: List[Run] = List()
+    outcomes: List[Outcome] = List()
+    shown = AnyTrait(None, allow_none=True)
+    taken = Unicode("")
+    states = Dict()
+    cost_revision = Int(0)
+
+    def __init__(self, post: Post | None = None, **traits: Any) -> None:
+        super().__init__(choices=RunOptions(), **traits)
+        self._post: Post = post or (lambda change: change())
+        self.costs = Costs()
+        self.folder = Path(tempfile.mkdtemp(prefix="heartgen-"))
+        self._pool = ThreadPoolExecutor(1, thread_name_prefix="heartgen")
+        self._ask = 0
+        self._lock = threading.Lock()
+        self._measured: tuple[Any, ...] = ()
+        self.choices.observe(self._chosen)
+        self._judge_steps()
+
+    def post(self, change: Callable[[], None]) -> None:
+        """Have the state changed where it lives; what goes wrong there is told, not lost.
+
+        Parameters
+        ----------
+        change : callable
+            Makes the change.
+        """
+        self._post(lambda: self._guarded(change))
+
+    def close(self) -> None:
+        """End all work and remove what was uploaded."""
+        for run in self.runs:
+            run.cancel()
+        self._pool.shutdown(wait=False, cancel_futures=True)
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def load_sample(self, name: str) -> Future[None]:
+        """Take a sample for the input.
+
+        Parameters
+        ----------
+        name : str
+            In the catalog of `heartgen.samples`.
+        """
+        return self._load(f"making the sample {name}", lambda: load_sample(name))
+
+    def load_file(self, path: Path, scheme: str = BINARY, frame: str = "") -> Future[None]:
+        """Take a file for the input.
+
+        Parameters
+        ----------
+        path : Path
+            The file.
+        scheme : str
+            As of `heartgen.widgets.input_case.load_file`.
+        frame : str
+            As of `heartgen.widgets.input_case.load_file`.
+        """
+        return self._load(f"reading {path.name}", lambda: load_file(path, scheme, frame))
+
+    def start(self, levels: tuple[int, ...] | None = None) -> Future[None]:
+        """Start a run with the choices of the moment, at one level or at several.
+
+        Parameters
+        ----------
+        levels : tuple of int, optional
+            Levels of detail; the chosen one if omitted.
+
+        Raises
+        ------
+        HeartgenError
+            If there is no input, or the choices contradict each other.
+        """
+        if self.case is None:
+            raise HeartgenError("there is no mask to mesh yet: choose a sample or upload one")
+        options = self.choices.options()
+        case, anatomy = self.case, self._anatomy_for(options)
+        levels = levels or (options.lod,)
+        run = Run(case, options, number=len(self.runs) + 1, levels=levels)
+        run.expected = self.costs.expect(options, self.both, levels, anatomy is not None)
+        run.observe(self._run_changed, names=["phase"])
+        self.runs = [*self.runs, run]
+        return self._pool.submit(self._work_on_run, run, anatomy)
+
+    def _work_on_run(self, run: Run, anatomy: Anatomy | None) -> None:
+        """In the thread: run."""
+        run.work(anatomy, self.post)
+        release_memory()
+
+    def sweep(self) -> Future[None]:
+        """Fit all levels of detail."""
+        return self.start(ALL_LEVELS)
+
+    def refuse(self, sentence: str) -> None:
+        """Say why an input was not even read.
+
+        Parameters
+        ----------
+        sentence : str
+            What is wrong, and what to do.
+        """
+        self._complain(self._new_ask(), sentence)
+
+    def show(self, outcome: Outcome) -> None:
+        """Look at a mesh; the input becomes the one it was made of.
+
+        Parameters
+        ----------
+        outcome : Outcome
+            The mesh.
+        """
+        if outcome.case is not self.case:
+            self._new_ask()
+            with self.hold_trait_notifications():
+                self.case = outcome.case
+                self.anatomy = outcome.result.anatomy
+                options = outcome.result.options
+                self._measured = (outcome.case, options.truncate, options.ventricles, options.base)
+                self.reading, self.complaint = "", ""
+        self.shown = outcome
+        self._judge_steps()
+
+    @property
+    def both(self) -> bool:
+        """Whether both ventricles will be meshed, as far as is known."""
+        if self.anatomy is not None:
+            return self.anatomy.rv is not None
+        return bool(self.choices.ventricles == "biv")
+
+    @property
+    def active_run(self) -> Run | None:
+        """The run that goes on, or waits."""
+        return next((run for run in reversed(self.runs) if run.active), None)
+
+    def expected_seconds(self, levels: tuple[int, ...] | None = None) -> float:
+        """Seconds a run with the choices of the moment is expected to take.
+
+        Parameters
+        ----------
+        levels : tuple of int, optional
+            Levels of detail; the chosen one if omitted.
+        """
+        options = self.choices.options()
+        analyzed = self._anatomy_for(options) is not None
+        expected = self.costs.expect(options, self.both, levels or (options.lod,), analyzed)
+        return sum(expected.values())
+
+    def _anatomy_for(self, options: Options) -> Anatomy | None:
+        """The anatomy, if it was measured under these options."""
+        key = (self.case, options.truncate, options.ventricles, options.base)
+        return self.anatomy if self._measured == key else None
+
+    def _load(self, doing: str, make: Callable[[], InputCase]) -> Future[None]:
+        """Make a case and measure the heart in it, in the thread."""
+        for run in self.runs:
+            if run.phase == "waiting":
+                run.cancel()
+        with self.hold_trait_notifications():
+            self.reading, self.complaint = doing, ""
+        self._judge_steps()
+        return self._pool.submit(self._work_on_input, self._new_ask(), make)
+
+    def _work_on_input(self, ask: int, make: Callable[[], InputCase]) -> None:
+        """In the thread: read, show, measure."""
+        case = self._told(ask, make)
+        if case is not None:
+            self.post(lambda: self._take_case(ask, case))
+            self._measure(ask, case, self.choices.options())
+
+    def _measure(self, ask: int, case: InputCase, options: Options) -> None:
+        """In the thread: measure the heart."""
+        anatomy = self._told(ask, lambda: analyze_case(case, options))
+        if anatomy is not None:
+            self.post(lambda: self._take_anatomy(ask, case, options, anatomy))
+
+    def _told(self, ask: int, make: Callable[[], Any]) -> Any:
+        """What `make` gives; where it fails, the sentence goes to the page."""
+        if ask != self._ask:
+            return None
+        try:
+            return make()
+        except Exception as error:
+            said = sentence(error)
+        self.post(lambda: self._complain(ask, said))
+        return None
+
+    def _new_ask(self) -> int:
+        """A number for a question; answers to older ones are no longer wanted."""
+        with self._lock:
+            self._ask += 1
+            return self._ask
+
+    def _take_case(self, ask: int, case: InputCase) -> None:
+        if ask != self._ask:
+            return
+        with self.hold_trait_notifications():
+            self._measured = ()
+            self.anatomy = None
+            self.shown = None
+            self.case = case
+            self.reading = f"measuring the heart in {case.name}"
+        self._judge_steps()
+
+    def _take_anatomy(self, ask: int, case: InputCase, options: Options, anatomy: Anatomy) -> None:
+        if ask != self._ask:
+            return
+        self._measured = (case, options.truncate, options.ventricles, options.base)
+        with self.hold_trait_notifications():
+            self.anatomy = anatomy
+            self.reading, self.complaint = "", ""
+            self.cost_revision += 1
+        self._judge_steps()
+
+    def _guarded(self, change: Callable[[], None]) -> None:
+        """Do a change that nobody waits for."""
+        try:
+            change()
+        except Exception as error:
+            traceback.print_exc()
+            self._complain(
+                self._ask,
+                f"the page itself failed ({type(error).__name__}: {error}): please report it",
+            )
+
+    def _complain(self, ask: int, sentence: str) -> None:
+        if ask != self._ask:
+            return
+        with self.hold_trait_notifications():
+            self.reading, self.complaint = "", sentence
+        self._judge_steps()
+
+    def _chosen(self, change: Any) -> None:
+        """Measure anew where a choice changes what the shape analysis sees."""
+        self.cost_revision += 1
+        if change["name"] in ("truncation", "distance", "ventricles") and self.case is not None:
+            try:
+                options = self.choices.options()
+            except HeartgenError:
+                self._judge_steps()
+                return
+            if self._anatomy_for(options) is None:
+                self.reading = f"measuring the heart in {self.case.name}"
+                self._pool.submit(self._measure, self._new_ask(), self.case, options)
+        self._judge_steps()
+
+    def _run_changed(self, change: Any) -> None:
+        """Take in what a run made."""
+        run: Run = change["owner"]
+        if run.phase == "done":
+            self.costs.learn(run.expected, run.seconds)
+            with self.hold_trait_notifications():
+                self.outcomes = [*self.outcomes, *run.outcomes]
+                wanted = [o for o in run.outcomes if o.lod == self.choices.lod]
+                self.shown = (wanted or list(run.outcomes))[0]
+                self.cost_revision += 1
+        self._judge_steps()
+
+    @observe("shown", "taken", "runs")
+    def _something_changed(self, _: Any) -> None:
+        self._judge_steps()
+
+    def _judge_steps(self) -> None:
+        """Say how every step stands, and why."""
+        self.states = {
+            "input": self._input_state(),
+            "choices": self._choices_state(),
+            "run": self._run_state(),
+            "view": self._view_state(),
+            "assess": self._assess_state(),
+            "export": self._export_state(),
+        }
+
+    def _input_state(self) -> StepState:
+        if self.reading:
+            return StepState("running", self.reading)
+        if self.complaint:
+            return StepState("failed", self.complaint)
+        if self.case is None:
+            return StepState("ready", "choose a sample or upload a mask")
+        return StepState("done", f"{self.case.name} is loaded")
+
+    def _choices_state(self) -> StepState:
+        if self.case is None:
+            return StepState("blocked", "there is no mask yet")
+        try:
+            self.choices.options()
+        except HeartgenError as error:
+            return StepState("failed", str(error))
+        return StepState("done", "ready to run; change what you like")
+
+    def _run_state(self) -> StepState:
+        if self.case is None:
+            return StepState("blocked", "there is no mask yet")
+        last = self.runs[-1] if self.runs else None
+        if self.active_run is not None:
+            return StepState("running", f"run {self.active_run.title} goes on")
+        if self._choices_state().phase == "failed":
+            return StepState("blocked", "the choices contradict each other")
+        if last is not None and last.phase == "failed" and last.case is self.case:
+            return StepState("failed", last.error)
+        if last is not None and last.phase == "done" and last.case is self.case:
+            return StepState("done", f"run {last.title} is done")
+        return StepState("ready", "press Run")
+
+    def _view_state(self) -> StepState:
+        if self.shown is not None:
+            return StepState("done", f"shows {self.shown.title}")
+        if self.anatomy is not None:
+            return StepState("ready", "shows the mask; run to see the mesh")
+        return StepState("blocked", "there is no mask yet")
+
+    def _assess_state(self) -> StepState:
+        if self.shown is None:
+            return StepState("blocked", "there is no mesh yet")
+        from heartgen.viewing.card import verdict
+
+        judged = verdict(self.shown.result.report)
+        return StepState("failed" if judged.level == "bad" else "done", judged.text)
+
+    def _export_state(self) -> StepState:
+        if self.shown is None:
+            return StepState("blocked", "there is no mesh yet")
+        if not self.shown.result.report.quality.valid:
+            return StepState("blocked", "the mesh is not valid, so it is not handed out")
+        if self.taken:
+            return StepState("done", f"{self.taken} was downloaded")
+        return StepState("ready", "choose formats and download")
+
+
+def post_on_loop() -> Post | None:
+    """Where the state may be changed: on the kernel's loop, if there is one."""
+    try:
+        return asyncio.get_running_loop().call_soon_threadsafe
+    except RuntimeError:
+        return None
+
+
+def siblings(session: Session, outcome: Outcome) -> list[Outcome]:
+    """Outcomes of the same case, one for each level of detail, the newest of each.
+
+    Parameters
+    ----------
+    session : Session
+        The visitor's work.
+    outcome : Outcome
+        A mesh of the case.
+    """
+    newest = {o.lod: o for o in session.outcomes if o.case is outcome.case}
+    return [newest[lod] for lod in sorted(newest)]
