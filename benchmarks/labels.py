@@ -77,6 +77,7 @@ def measure(job: Row) -> list[Row]:
             "wriggle": report.fairness.longitudinal_median,
             "wall": report.coverage.wall,
             "contour": report.coverage.contour,
+            "slice contour": report.coverage.slice_contour,
             "blood": report.coverage.blood,
             "seconds": sum(report.seconds.values()),
             "optimization": report.seconds.get("optimization", 0.0),

@@ -95,6 +95,27 @@ def test_adjacent_slices_whose_pool_the_wall_fills_are_told(slices: int) -> None
     assert told == (slices > 1)
 
 
+def test_one_slice_that_the_mesh_does_not_follow_is_told() -> None:
+    stack = short_axis(samples.lifelike_lv(COARSE).mask, 8.0)
+    result = heartgen.personalize(stack, lod=1)
+    assert result.report.coverage.slice_contour > 0.96
+    slices = result.anatomy.slices
+    assert slices is not None
+    # An eighth of the contours of one slice, moved 10 mm off: a hundredth of all.
+    points = slices.outline.points.copy()
+    middle = len(slices.heights) // 2
+    (inside,) = np.nonzero(np.abs(points @ slices.normal - slices.heights[middle]) < 1)
+    side = np.cross(slices.normal, [1, 0, 0])
+    far = inside[np.argsort(points[inside] @ side)[-len(inside) // 8 :]]
+    points[far] += 10 * side / np.linalg.norm(side)
+    moved = replace(slices, outline=replace(slices.outline, points=points))
+    coverage = assess_coverage(result.mesh, stack, replace(result.anatomy, slices=moved))
+    assert coverage.contour > 0.98
+    assert coverage.slice_contour == pytest.approx(7 / 8, abs=0.03)
+    assert coverage.finding is not None
+    assert "of the outline of one slice" in coverage.finding.message
+
+
 def _across(stack: Mask) -> np.ndarray:
     normal = stack.affine[:3, stack.stack_axis]
     return np.asarray(normal / np.linalg.norm(normal))

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from heartgen.images.file_kinds import refuse
 from heartgen.images.structures import Structures
 from heartgen.images.volume import Coded, Volume
 
@@ -84,6 +85,11 @@ def layered(
     -------
     Structures
         Numbered from 1.
+
+    Raises
+    ------
+    InputError
+        If no segment lies in one of the layers.
     """
     numbered = {
         number: segment
@@ -96,6 +102,12 @@ def layered(
         inside = [layers[..., segment.layer] == segment.value for segment in asked]
         return Volume(np.stack(inside, axis=-1), affine)
 
+    if not numbered:
+        refuse(
+            file,
+            f"None of its segments lies in one of the {layers.shape[3]} layers that the file has: "
+            "export the segmentation again.",
+        )
     names = {number: segment.name for number, segment in numbered.items()}
     codes = {number: segment.coded for number, segment in numbered.items()}
     return Structures(file, names, load, codes)

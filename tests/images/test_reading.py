@@ -181,6 +181,13 @@ def test_segments_in_layers(cup, tmp_path):
         read_labels(path, "auto")
 
 
+def test_segments_in_layers_that_are_not_there(cup, tmp_path):
+    path = tmp_path / "layers.seg.nrrd"
+    layered_nrrd([cup, np.roll(cup, 8, 0)], {"one": (4, 1), "two": (5, 1)}, path)
+    with pytest.raises(InputError, match="None of its segments lies in one of the 2 layers"):
+        read_mask(path)
+
+
 def test_layers_of_old_versions_have_no_numbers(cup, tmp_path):
     path = tmp_path / "old.seg.nrrd"
     other = np.roll(cup, 1, 0)
