@@ -111,7 +111,7 @@ class Coverage:
             f"{1 - self.contour:.1%} of the outline are farther than two pixels from it": (
                 self.contour < LEAST_CONTOUR
             ),
-            f"{1 - self.slice_contour:.0%} of the outline of one slice are farther than that": (
+            f"{1 - self.slice_contour:.0%} of the outline of one slice are farther than two pixels": (
                 self.contour >= LEAST_CONTOUR and self.slice_contour < LEAST_SLICE
             ),
             f"{self.blood:.1%} of a blood pool lie in its wall": self.blood > MOST_BLOOD,
