@@ -29,9 +29,9 @@ from typing import Any
 import numpy as np
 
 import heartgen
-from heartgen.cohort.option_text import settings_from_text
 from heartgen.errors import HeartgenError
 from heartgen.formats import write_mesh
+from heartgen.options import settings_from_text
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 FALL = 1.02

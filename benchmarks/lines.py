@@ -12,6 +12,7 @@ seen there. ``ideal`` and ``lifelike`` stand for the phantoms at 2 mm, ``biv`` f
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,10 +23,9 @@ from numpy.typing import NDArray
 
 import heartgen
 from heartgen import samples
-from heartgen.cohort.option_text import settings_from_text
 from heartgen.images.isosurface import isosurface
 from heartgen.mesh.surface_faces import face_control, tabulate_face
-from heartgen.options import elements_from_text
+from heartgen.options import option_from_text, settings_from_text
 from heartgen.result import Personalization
 
 Array = NDArray[np.float64]
@@ -55,7 +55,7 @@ def main() -> None:
     )
     parser.add_argument("masks", nargs="+")
     parser.add_argument("--lod", type=int, default=3)
-    parser.add_argument("--elements", type=elements_from_text)
+    parser.add_argument("--elements", type=partial(option_from_text, "elements"))
     parser.add_argument("--set", default="")
     parser.add_argument("-o", "--out", type=Path, default=Path("benchmarks/results/lines"))
     a = parser.parse_args()

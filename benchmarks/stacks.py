@@ -148,7 +148,7 @@ def against(result: heartgen.Result, dense: Anatomy | None) -> Row:
 
 def choices_of(job: Row) -> Row:
     """Options of a job."""
-    from heartgen.cohort.option_text import settings_from_text
+    from heartgen.options import settings_from_text
 
     found = settings_from_text(filter(None, job["set"].split(",")))
     choices: Row = {name: values[0] for name, values in found.items()}

@@ -287,9 +287,8 @@ def options_beside(mesh: Path) -> Options:
     if not path.is_file():
         return Options()
     try:
-        said = json.loads(path.read_text(encoding="utf-8"))["options"].items()
-        options: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in said}
-        return Options(**new_options(options, stored=True))
+        said = json.loads(path.read_text(encoding="utf-8"))["options"]
+        return Options(**new_options(said, stored=True))
     except HeartgenError:
         raise
     except (OSError, ValueError, LookupError, AttributeError, TypeError) as error:

@@ -68,14 +68,17 @@ def decorators(node: Function | ast.ClassDef) -> set[str]:
 
 
 def fields(node: ast.ClassDef) -> list[str]:
-    """Names of the public fields of a dataclass or a named tuple that are given to make one."""
+    """Names of the public fields of a dataclass or a named tuple that are given to make one.
+
+    What is said of an option is in its declaration, of which the docstring is made.
+    """
     return [
         line.target.id
         for line in node.body
         if isinstance(line, ast.AnnAssign)
         and isinstance(line.target, ast.Name)
         and not line.target.id.startswith("_")
-        and not re.search(r"ClassVar|init=False", ast.unparse(line))
+        and not re.search(r"ClassVar|init=False|About\(", ast.unparse(line))
     ]
 
 

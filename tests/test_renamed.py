@@ -20,11 +20,10 @@ from heartgen.cli.cohort import app
 from heartgen.cohort.batching import batch
 from heartgen.cohort.cases import Case
 from heartgen.cohort.job import Job, is_as_asked, rows_of
-from heartgen.cohort.option_text import settings_from_text
 from heartgen.cohort.store import read_results
 from heartgen.fields import heart_axes, make_fields
 from heartgen.formats.assembled import our_name
-from heartgen.options import Options
+from heartgen.options import Options, settings_from_text
 from heartgen.report import options_beside
 
 GIVEN = {

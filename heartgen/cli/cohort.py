@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from heartgen.cli.comparing import app
+from heartgen.cli.option_flags import Choices, takes_options
 from heartgen.cli.outcome import check_folder, errors_reported
 from heartgen.cli.parameters import (
     EPILOG,
@@ -17,13 +18,11 @@ from heartgen.cli.parameters import (
     Frame,
     Label,
     Labels,
-    Level,
     RvWall,
-    Truncate,
-    Ventricles,
 )
 from heartgen.cohort.workers import TIME_LIMIT
 from heartgen.errors import Cancelled, HeartgenError, InputError
+from heartgen.options import option_from_text, settings_from_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,7 +55,7 @@ Settings = Annotated[
         "--set",
         metavar="NAME=VALUE",
         show_default=False,
-        help="Any other option of a fit, such as quality=2 or optimize=no; may be repeated.",
+        help="An option by its name, as a table has it: quality=2, optimize=no; may be repeated.",
     ),
 ]
 Jobs = Annotated[
@@ -99,19 +98,16 @@ Redo = Annotated[
 
 
 @app.command(epilog=EPILOG)
+@takes_options()
 def batch(
     hearts: Hearts,
     out: Out,
-    lod: Level = 1,
-    elements: Annotated[
-        str, typer.Option(metavar="RxCxL", help="Elements; auto for those of heartgen fit.")
-    ] = "auto",
-    ventricles: Ventricles = "auto",
-    truncate: Truncate = "auto",
+    *,
     label: Label = None,
     labels: Labels = None,
     rv_wall: RvWall = None,
     frame: Frame = None,
+    choices: Choices,
     settings: Settings = None,
     jobs: Jobs = None,
     scheduler: Scheduler = None,
@@ -131,15 +127,12 @@ def batch(
         from heartgen.images.selecting import Selection
 
         check_folder(out)
-        given = {"elements": elements, "ventricles": ventricles, "truncate": truncate}
-        choices = {"lod": lod} | _single(
-            [*(f"{k}={v}" for k, v in given.items()), *(settings or ())]
-        )
+        chosen = _single(choices, settings or ())
         cases = find_cases(hearts, Selection(tuple(label or ()), labels, rv_wall, frame))
         workers = cohort.Workers(jobs, scheduler, cluster, time_limit)
         with _bar("meshing") as progress:
             table = cohort.batch(
-                cases, out, workers=workers, redo=redo, progress=progress, **choices
+                cases, out, workers=workers, redo=redo, progress=progress, **chosen
             )
         _show(by_ventricles(table), out)
 
@@ -181,7 +174,6 @@ def sweep(
     with errors_reported(debug), _resumable():
         from heartgen import cohort
         from heartgen.cohort import find_cases
-        from heartgen.cohort.option_text import settings_from_text
         from heartgen.cohort.summary import by_options
         from heartgen.images.selecting import Selection
 
@@ -214,15 +206,16 @@ def report(
         typer.echo(f"Open {cohort.write_report(out)} in a browser.")
 
 
-def _single(settings: list[str]) -> dict[str, Any]:
-    """Options with one value each."""
-    from heartgen.cohort.option_text import settings_from_text
-
-    found = settings_from_text(settings)
-    for name, values in found.items():
+def _single(choices: Choices, settings: Iterable[str]) -> dict[str, Any]:
+    """Options with one value each, from flags and settings."""
+    chosen = {name: option_from_text(name, text) for name, text in choices.items()}
+    for name, values in settings_from_text(settings).items():
         if len(values) > 1:
             raise InputError(f"{name} has several values: heartgen sweep compares them")
-    return {name: values[0] for name, values in found.items()}
+        if name in chosen:
+            raise InputError(f"option {name!r} is given twice: give it once")
+        chosen[name] = values[0]
+    return chosen
 
 
 @contextmanager

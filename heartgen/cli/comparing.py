@@ -9,9 +9,11 @@ import typer
 
 from heartgen.cli.earlier import MESHES
 from heartgen.cli.meshes import app
+from heartgen.cli.option_flags import flag_of
 from heartgen.cli.outcome import errors, errors_reported
-from heartgen.cli.parameters import Debug, SeptalDirection
+from heartgen.cli.parameters import Debug
 from heartgen.errors import InputError, needing
+from heartgen.options import option_from_text
 
 __all__ = ["app"]
 
@@ -36,7 +38,7 @@ def compare(
             help=".html for a page with both extremes in 3-D, .json for plain data.",
         ),
     ] = None,
-    septal_direction: SeptalDirection = None,
+    septal_direction: flag_of("septal_direction") = "auto",  # type: ignore[valid-type]
     debug: Debug = False,
 ) -> None:
     """Compare states of a heart, such as diastole and systole: ejection fraction, strains."""
@@ -44,14 +46,13 @@ def compare(
         from heartgen.cli.tables import show_comparison
         from heartgen.comparison import compare as compared
         from heartgen.formats import read_mesh, write_text
-        from heartgen.options import direction_from_text
 
         kind = None if out is None else out.suffix.lower()
         if kind not in (None, ".html", ".json"):
             raise InputError(
                 f"{out}: A comparison is a page or plain data: end it in .html, .json."
             )
-        direction = None if septal_direction is None else direction_from_text(septal_direction)
+        direction = option_from_text("septal_direction", septal_direction)
         meshes = [read_mesh(_mesh_of(result)) for result in results]
         found = compared(meshes, _names(results), direction)
         show_comparison(found)

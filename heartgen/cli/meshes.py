@@ -11,6 +11,7 @@ from heartgen.cli.commands import app
 from heartgen.cli.outcome import errors, errors_reported
 from heartgen.cli.parameters import Debug, NoBrowser
 from heartgen.errors import InputError, needing
+from heartgen.options import option_from_text
 
 __all__ = ["app"]
 
@@ -68,9 +69,8 @@ def convert(
     """Write a mesh, with its fields, in another format, and say what is lost."""
     with errors_reported(debug):
         from heartgen.formats import convert as convert_file
-        from heartgen.options import elements_from_text
 
-        parts = None if pieces is None else elements_from_text(pieces)
+        parts = None if pieces is None else option_from_text("elements", pieces)
         written = convert_file(source, target, format, basis, order, cells, parts)
         for note in written.notes:
             errors.print(note, style="yellow", markup=False, highlight=False, soft_wrap=True)

@@ -79,15 +79,6 @@ Frame = Annotated[
         "smallest (ES) cavity of the left ventricle.",
     ),
 ]
-SeptalDirection = Annotated[
-    str | None,
-    typer.Option(
-        metavar="X,Y,Z",
-        show_default=False,
-        help="Direction from the left ventricle to the septum (LPS), where AHA segments start; "
-        "if not given, that of the right ventricle, or -1,-1,0 where there is none.",
-    ),
-]
 RvWall = Annotated[
     float | None,
     typer.Option(
@@ -97,34 +88,8 @@ RvWall = Annotated[
         help="Thickness of the right ventricular wall if --labels has none; 3 mm if not given.",
     ),
 ]
-Truncate = Annotated[
-    str,
-    typer.Option(
-        metavar="auto|off|MM",
-        help="Cut the base below the basal plane: where valves rise, never, or by so much.",
-    ),
-]
-Ventricles = Annotated[
-    str,
-    typer.Option(
-        metavar="auto|lv|biv",
-        help="What the mask shows: found out, the left ventricle alone, or both.",
-    ),
-]
 Overwrite = Annotated[
     bool, typer.Option("--overwrite", help="Replace results of another heart in OUT.")
 ]
 Debug = Annotated[bool, typer.Option("--debug", help="Show where in the code an error arose.")]
 NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Do not open it.")]
-Level = Annotated[
-    int,
-    typer.Option(min=1, max=5, help="Level of detail: 1, most stable, to 5, most accurate."),
-]
-SliceAlignment = Annotated[
-    str,
-    typer.Option(
-        metavar="auto|off",
-        help="Move slices of a stack back that are clearly shifted against each other, or "
-        "leave all as they are.",
-    ),
-]

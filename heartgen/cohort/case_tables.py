@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 
 from heartgen.cohort.cases import Case
-from heartgen.cohort.option_text import setting_from_text
 from heartgen.errors import InputError
 from heartgen.images.file_kinds import stem
 from heartgen.images.selecting import Selection
-from heartgen.options import Options
+from heartgen.options import OPTIONS, setting_from_text
 
 TABLES = (".csv", ".tsv", ".parquet")
 """How the names of tables end."""
@@ -44,7 +43,7 @@ def cases_of_table(path: Path, selection: Selection) -> list[Case]:
     rows = _rows(path)
     if not rows or "mask" not in rows[0]:
         raise InputError(f"{path}: there is no column 'mask' with the paths of masks: add one")
-    options = sorted(option.name for option in fields(Options))
+    options = sorted(OPTIONS)
     unknown = [name for name in rows[0] if name not in options and name not in COLUMNS]
     if unknown:
         raise InputError(

@@ -7,19 +7,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from heartgen.anatomy import analyze_under
-from heartgen.cohort.option_text import option_from_text
 from heartgen.cohort.store import CASES
 from heartgen.errors import HeartgenError
 from heartgen.images.selecting import Selection
-from heartgen.options import Options
+from heartgen.options import ANALYZED, Options, option_from_text
 from heartgen.viewing.page import scene_page
 from heartgen.viewing.saved import plot_saved
 
 if TYPE_CHECKING:
     import pandas as pd
-
-ANALYZED = ("truncate", "ventricles", "base", "slice_alignment")
-"""Options under which a mask is analyzed."""
 
 MOST = 3
 """Groups of which cases are shown; a page with more views is slow to turn."""

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from heartgen.cohort.option_text import as_text
-from heartgen.options import Options
+from heartgen.options import Options, as_text
 from heartgen.viewing.card import Verdict, verdict
 
 if TYPE_CHECKING:

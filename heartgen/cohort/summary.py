@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from heartgen.cohort.option_text import as_text
 from heartgen.cohort.rows import FAILED
+from heartgen.options import as_text
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from heartgen.cohort.cases import Case, check_names, find_cases
 from heartgen.cohort.job import Job
-from heartgen.cohort.option_text import as_text, combinations
 from heartgen.cohort.run import Progress, quiet, run
 from heartgen.cohort.store import CASES
 from heartgen.cohort.workers import Workers
 from heartgen.images import Mask
-from heartgen.options import Options
+from heartgen.options import Options, as_text
 from heartgen.renamed import new_options
 
 if TYPE_CHECKING:
@@ -76,6 +76,23 @@ def sweep(
         for choice in combinations(new_options(choices))
     ]
     return run(jobs, folder, workers, redo=redo, progress=progress)
+
+
+def combinations(choices: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """All combinations of values.
+
+    Parameters
+    ----------
+    choices : mapping of str to value, or to list of values
+        A list stands for several values; whatever else, a tuple as well, for one.
+
+    Returns
+    -------
+    list of dict
+        The last option changes fastest.
+    """
+    values: Sequence[Sequence[Any]] = [v if isinstance(v, list) else [v] for v in choices.values()]
+    return [dict(zip(choices, point, strict=True)) for point in product(*values)]
 
 
 def _cases(hearts: Mask | str | Path | Iterable[Mask | Case]) -> list[Case]:

@@ -2,9 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from heartgen.cohort.option_text import as_text, combinations, option_from_text, settings_from_text
 from heartgen.errors import InputError
-from heartgen.options import Options
+from heartgen.options import Options, as_text, option_from_text, settings_from_text
 
 
 @pytest.mark.parametrize(
@@ -32,8 +31,13 @@ def test_options_are_read_as_users_write_them(name, text, value):
 @pytest.mark.parametrize(
     ("name", "text", "sentence"),
     [
-        ("lods", "3", "there is no option 'lods': choose among lod, elements"),
-        ("lod", "three", "lod 'three' is not a number"),
+        ("colour", "3", "there is no option 'colour': choose among lod, elements"),
+        ("lods", "3", "there is no option 'lods': did you mean 'lod'"),
+        (
+            "lod",
+            "three",
+            "level of detail 'three' does not exist: choose a whole number from 1 to 5",
+        ),
         ("elements", "12x6", "for example 1x12x6"),
         ("optimize", "perhaps", "neither yes nor no"),
     ],
@@ -60,13 +64,3 @@ def test_settings_hold_several_values():
         settings_from_text(["quality"])
     with pytest.raises(InputError, match="given twice"):
         settings_from_text(["quality=1", "quality=2"])
-
-
-def test_combinations_are_all_there_once():
-    found = combinations({"quality": [1.0, 2.0], "elements": (1, 12, 6), "optimize": [True, False]})
-    assert len(found) == 4
-    assert {(c["quality"], c["optimize"]) for c in found} == {
-        (q, r) for q in (1.0, 2.0) for r in (True, False)
-    }
-    assert all(c["elements"] == (1, 12, 6) for c in found)
-    assert combinations({}) == [{}]

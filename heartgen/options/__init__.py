@@ -1,0 +1,50 @@
+"""What the user may choose: each option is declared once, in `heartgen.options.declared`."""
+
+from heartgen.options.declared import (
+    ANALYZED,
+    OPTIONS,
+    QUALITY_LIMITS,
+    Apex,
+    Insertion,
+    Options,
+    chosen,
+)
+from heartgen.options.defaults import (
+    BIV_ELEMENTS,
+    HOLE_SHARE,
+    LV_ELEMENTS,
+    OPTIMIZED_PASSES,
+    OPTIMIZED_PASSES_OF_ONE,
+    STEPS,
+    usual_elements,
+)
+from heartgen.options.option import Option, as_text
+from heartgen.options.text import (
+    option_from_text,
+    options_from_text,
+    setting_from_text,
+    settings_from_text,
+)
+
+__all__ = [
+    "ANALYZED",
+    "BIV_ELEMENTS",
+    "HOLE_SHARE",
+    "LV_ELEMENTS",
+    "OPTIMIZED_PASSES",
+    "OPTIMIZED_PASSES_OF_ONE",
+    "OPTIONS",
+    "QUALITY_LIMITS",
+    "STEPS",
+    "Apex",
+    "Insertion",
+    "Option",
+    "Options",
+    "as_text",
+    "chosen",
+    "option_from_text",
+    "options_from_text",
+    "setting_from_text",
+    "settings_from_text",
+    "usual_elements",
+]
