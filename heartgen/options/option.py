@@ -67,7 +67,7 @@ class Option:
         """
         title = self.about.title
         subject = title if title[:2].isupper() else title[0].lower() + title[1:]
-        said = repr(value) if isinstance(value, str | bool) else as_text(value)
+        said = repr(value) if isinstance(value, str | bool | None) else as_text(value)
         if self.row and self.row["type"] == "integer":
             said = said.replace("/", "x")
         wrong = self.about.wrong or ("is neither yes nor no" if self.switch else "is not known")

@@ -69,7 +69,7 @@ def test_what_cannot_be_compared_is_a_sentence(run, beat, tmp_path, names):
         (beat[0], tmp_path): "There is no mesh.exf or mesh.vtu in this folder",
         (beat[0], tmp_path / "no.exf"): "no.exf",
         (*beat, "-o", tmp_path / "beat.pdf"): "end it in .html, .json",
-        (*beat, "--septal-direction", "left"): "is not three numbers",
+        (*beat, "--septal-direction", "left"): "is not a direction of three numbers",
     }
     for arguments, sentence in wrong.items():
         outcome = run("compare", *arguments)

@@ -70,7 +70,7 @@ def test_what_cannot_be_done_is_a_sentence(run, fitted, mask_file, tmp_path, nam
         ("render", mesh, "-o", tmp_path / "m.png", "--view", "above"): "view 'above' is not known",
         ("convert", mesh, tmp_path / "m.exf", "--cells", "tet4"): "leave out the choice of cells",
         ("convert", mesh, tmp_path / "m.inp", "--cells", "tet5"): "'tet5' are not known",
-        ("convert", mesh, tmp_path / "m.inp", "--pieces", "two"): "are not three numbers",
+        ("convert", mesh, tmp_path / "m.inp", "--pieces", "two"): "are not three positive numbers",
     }
     for arguments, sentence in wrong.items():
         outcome = run(*arguments)

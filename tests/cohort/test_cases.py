@@ -79,7 +79,7 @@ def test_tables_may_be_parquet(hearts):
     [
         ("file,lod\na.nii,1\n", "no column 'mask'"),
         ("mask,lods\na.nii,1\n", "column 'lods' is not known: name columns mask"),
-        ("mask,lod\na.nii,high\n", "row 1: lod 'high' is not a number"),
+        ("mask,lod\na.nii,high\n", "row 1: level of detail 'high' does not exist"),
         ("mask,lod\n,1\n", "row 1: there is no mask"),
         ("mask,case\na.nii,x\nb.nii,X\n", "have the same name"),
         ("mask,case\na.nii,../x\n", "cannot be the name of a folder"),
