@@ -299,7 +299,7 @@ def test_library_is_silent_unless_asked():
     [
         "heartgen.errors",
         "heartgen.images.accepting",
-        "heartgen.options.declared",
+        "heartgen.options.choosing",
         "heartgen.options.reference",
         "heartgen.options.text",
     ],

@@ -1,14 +1,7 @@
 """What the user may choose: each option is declared once, in `heartgen.options.declared`."""
 
-from heartgen.options.declared import (
-    ANALYZED,
-    OPTIONS,
-    QUALITY_LIMITS,
-    Apex,
-    Insertion,
-    Options,
-    chosen,
-)
+from heartgen.options.choosing import chosen
+from heartgen.options.declared import ANALYZED, OPTIONS, Options
 from heartgen.options.defaults import (
     BIV_ELEMENTS,
     HOLE_SHARE,
@@ -25,6 +18,7 @@ from heartgen.options.text import (
     setting_from_text,
     settings_from_text,
 )
+from heartgen.options.values import QUALITY_LIMITS, Apex, Insertion
 
 __all__ = [
     "ANALYZED",

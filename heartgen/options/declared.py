@@ -7,73 +7,29 @@ schema and docs/options.md are made from this.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
-from functools import wraps
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, ConfigDict, Field, ValidationError
+from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
 from heartgen.errors import InputError
-from heartgen.options.declaring import NUMBER, ROW, SWITCH, WHOLE, About, Needs, Word
+from heartgen.options.declaring import About, Needs, Word
 from heartgen.options.defaults import OPTIMIZED_PASSES, OPTIMIZED_PASSES_OF_ONE, STEPS
-from heartgen.options.option import Option, attributes, listed, no_such_option
-from heartgen.renamed import new_options, takes_former_options
-
-C = TypeVar("C", bound=type)
-
-Apex = Literal["collapsed", "hole", "patch"]
-"""Kinds of apex: elements that collapse in a pole, a hole, or a square patch of elements."""
-
-Insertion = Literal["rounded", "squared"]
-"""Courses of the insertion line around the apex of the right ventricle."""
-
-QUALITY_LIMITS = (0.01, 100.0)
-"""Range of the quality dial."""
-
-MOST_ELEMENTS = 9999
-"""In each direction; far more than any computer would hold."""
-
-
-def _points_somewhere(direction: tuple[float, float, float]) -> tuple[float, float, float]:
-    if not any(direction):
-        raise ValueError
-    return direction
-
-
-Count = Annotated[int, Field(ge=1, le=MOST_ELEMENTS), WHOLE]
-Coordinate = Annotated[float, Field(allow_inf_nan=False), NUMBER]
-Direction = Annotated[tuple[Coordinate, Coordinate, Coordinate], AfterValidator(_points_somewhere)]
-
-
-def refuses_in_sentences(cls: C) -> C:
-    """Let a class of pydantic's refuse in one sentence for users, instead of in a list.
-
-    Parameters
-    ----------
-    cls : type
-        The class; changed, and returned.
-    """
-    made = cls.__init__  # type: ignore[misc]  # of this class alone
-
-    @wraps(made)
-    def init(self: Any, *args: Any, **choices: Any) -> None:
-        try:
-            made(self, *args, **choices)
-        except ValidationError as error:
-            first = error.errors()[0]
-        else:
-            return
-        if not first["loc"]:  # of how options go together
-            raise first["ctx"]["error"]
-        name = str(first["loc"][0])
-        if name not in OPTIONS:
-            raise no_such_option(name, OPTIONS)
-        given = dict(zip(OPTIONS, args, strict=False)) | choices
-        raise InputError(OPTIONS[name].refusal(given[name]))
-
-    setattr(cls, "__init__", init)  # noqa: B010  # as an assignment, it is refused by mypy
-    return cls
+from heartgen.options.option import Option, attributes, listed
+from heartgen.options.refusing import refuses_in_sentences
+from heartgen.options.values import (
+    MOST_ELEMENTS,
+    NUMBER,
+    QUALITY_LIMITS,
+    ROW,
+    SWITCH,
+    WHOLE,
+    Apex,
+    Count,
+    Direction,
+    Insertion,
+)
+from heartgen.renamed import takes_former_options
 
 
 @takes_former_options
@@ -115,7 +71,7 @@ class Options:
         ROW,
         About(
             "Elements",
-            "Numbers of elements: radial, circumferential and longitudinal.",
+            "Numbers of elements: radial, circumferential, longitudinal.",
             step="template",
             level="basic",
             wrong=f"are not three positive numbers up to {MOST_ELEMENTS}",
@@ -381,11 +337,8 @@ class Options:
         whole_lv : bool
             Whether the heart is a left ventricle that is seen whole.
         """
-        return (
-            min(lod, OPTIMIZED_PASSES_OF_ONE if whole_lv else OPTIMIZED_PASSES)
-            if self.optimize
-            else lod
-        )
+        most = OPTIMIZED_PASSES_OF_ONE if whole_lv else OPTIMIZED_PASSES
+        return min(lod, most) if self.optimize else lod
 
 
 OPTIONS: Mapping[str, Option] = listed(Options)
@@ -395,38 +348,3 @@ ANALYZED = tuple(name for name, each in OPTIONS.items() if each.about.step == ST
 """Options that change what is seen in a mask."""
 
 Options.__doc__ = (Options.__doc__ or "").replace("    :\n", attributes(OPTIONS.values()))
-
-
-def chosen(options: Options | None, choices: Mapping[str, Any]) -> Options:
-    """Options with single ones replaced.
-
-    Parameters
-    ----------
-    options : Options or None
-        None for the defaults.
-    choices : mapping of str to value
-        By name.
-
-    Returns
-    -------
-    Options
-
-    Raises
-    ------
-    InputError
-        If there is no such option, or a value is not one.
-
-    Examples
-    --------
-    >>> chosen(None, {"lod": 3}).lod
-    3
-    >>> chosen(None, {"optimizer": False})
-    Traceback (most recent call last):
-    heartgen.errors.InputError: there is no option 'optimizer': did you mean 'optimize'?
-    """
-    if options is not None and not isinstance(options, Options):
-        raise InputError(
-            f"options of type {type(options).__name__} are none: give heartgen.Options(...), or "
-            "single options by name, such as lod=3"
-        )
-    return replace(options or Options(), **new_options(choices))

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from numbers import Real
 from typing import Any, Literal
 
-from pydantic import BeforeValidator, GetJsonSchemaHandler
+from pydantic import GetJsonSchemaHandler
 from pydantic_core import CoreSchema
 
 Level = Literal["basic", "advanced"]
@@ -114,44 +113,3 @@ class About:
         told = {"title": self.title, "description": self.help, "step": self.step}
         told |= {"level": self.level, "unit": self.unit, "when": self.when}
         return handler(core_schema) | {key: text for key, text in told.items() if text}
-
-
-def _switch(value: Any) -> bool:
-    if type(value).__name__ not in ("bool", "bool_"):  # Python's and NumPy's
-        raise ValueError
-    return bool(value)
-
-
-def _number(value: Any) -> float:
-    if not isinstance(value, Real) or isinstance(value, bool):
-        raise ValueError
-    try:
-        return float(value)
-    except OverflowError:
-        raise ValueError from None
-
-
-def _whole(value: Any) -> int:
-    number = _number(value)
-    if not number.is_integer():
-        raise ValueError
-    return int(number)
-
-
-def _row(value: Any) -> Any:
-    if value is not None and not isinstance(value, tuple | list):
-        raise ValueError
-    return value
-
-
-SWITCH = BeforeValidator(_switch)
-"""True or False, and no number or word for it."""
-
-NUMBER = BeforeValidator(_number)
-"""A number of any library, and no text."""
-
-WHOLE = BeforeValidator(_whole)
-"""A whole number of any library, and no text."""
-
-ROW = BeforeValidator(_row)
-"""Values in an order: no set."""

@@ -7,7 +7,7 @@ import textwrap
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, get_type_hints
 
 from pydantic import TypeAdapter
@@ -152,6 +152,7 @@ class Option:
         return found
 
 
+@cache
 def listed(cls: type) -> dict[str, Option]:
     """The options that a class declares, in order.
 

@@ -10,7 +10,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-import jsonschema
+import jsonschema  # which notebooks need
 import pytest
 import typer
 from hypothesis import given, settings

@@ -31,7 +31,7 @@ def test_options_are_read_as_users_write_them(name, text, value):
 @pytest.mark.parametrize(
     ("name", "text", "sentence"),
     [
-        ("colour", "3", "there is no option 'colour': choose among lod, elements"),
+        ("shade", "3", "there is no option 'shade': choose among lod, elements"),
         ("lods", "3", "there is no option 'lods': did you mean 'lod'"),
         (
             "lod",
