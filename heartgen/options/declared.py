@@ -77,6 +77,8 @@ class Options:
             wrong=f"are not three positive numbers up to {MOST_ELEMENTS}",
             remedy="give radial, circumferential and longitudinal, for example 1x12x6",
             unset="1x12x6 for a left ventricle, 2x12x8 for both",
+            example=(1, 12, 6),
+            parts=("Radial", "Around", "Along"),
         ),
     ] = None
     ventricles: Annotated[
@@ -101,7 +103,6 @@ class Options:
             "Optimization",
             "Optimize the mesh after the four steps of the paper (Lamata et al. 2014).",
             step="optimization",
-            level="basic",
             words={
                 "yes": Word("On", "accuracy, element quality and fairness are weighed"),
                 "no": Word("Off", "stop after the paper's four steps"),
@@ -119,7 +120,7 @@ class Options:
             step="optimization",
             level="basic",
             wrong=f"is not a number from {QUALITY_LIMITS[0]:g} to {QUALITY_LIMITS[1]:g}",
-            remedy="choose one, where 1 is the default and more makes better elements",
+            remedy="choose one, where 1 is the default",
             when="with the optimization",
             needs=Needs("optimize", True),
         ),
@@ -151,12 +152,11 @@ class Options:
             "Cut the base below the rim, as the valves there are no part of the mesh; the paper "
             "cuts off 5 mm.",
             step="shape analysis",
-            level="basic",
             unit="mm",
-            wrong="is not known",
             remedy="give a distance in mm, auto or off",
+            example=5.0,
             words={
-                "auto": Word("Where valves rise", "where valve anatomy is present"),
+                "auto": Word("At valves", "where valve anatomy is present"),
                 "off": Word("Never", "never"),
             },
         ),
@@ -167,7 +167,6 @@ class Options:
             "Basal surface",
             "Where the mesh ends.",
             step="shape analysis",
-            wrong="is not known",
             when="where valve anatomy is present",
             words={
                 "rim": Word("Along the rim", "a smooth surface that follows the rim"),
@@ -249,6 +248,8 @@ class Options:
             remedy="give x, y and z that point from the left ventricle to the right, in the world "
             "(LPS), for example -1,-1,0",
             unset="that of the right ventricle, or -1,-1,0 where there is none",
+            example=(-1.0, -1.0, 0.0),
+            parts=("x", "y", "z"),
         ),
     ] = None
     apex: Annotated[
@@ -285,6 +286,7 @@ class Options:
                 "with a hole, or no radius",
             ),
             unset="a quarter of the cavity's",
+            example=5.0,
         ),
     ] = None
     slice_alignment: Annotated[
@@ -316,11 +318,8 @@ class Options:
     ] = "rounded"
 
     def __post_init__(self) -> None:
-        for name, option in OPTIONS.items():
-            value = getattr(self, name)
-            needs = option.about.needs
-            if needs and needs.refusal and value != option.default and not option.applies(self):
-                raise InputError(needs.refusal.format_map(vars(self)))
+        for each in OPTIONS.values():
+            each.check_beside(self)
         if self.apex == "patch" and self.elements is not None and self.elements[1] % 4:
             raise InputError(
                 f"{self.elements[1]} elements around cannot end in a square patch, of which a "
@@ -328,7 +327,7 @@ class Options:
             )
 
     def passes(self, lod: int, whole_lv: bool) -> int:
-        """Registration passes at a level; `whole_lv`: of a left ventricle that is seen whole.
+        """Registration passes at a level.
 
         Parameters
         ----------

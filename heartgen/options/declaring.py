@@ -77,6 +77,10 @@ class About:
         Explanations of the words that it may be; yes and no for what is on or off.
     unset : str
         What heartgen takes where the value is None.
+    example : object
+        A number, or numbers, to begin with where a user gives some.
+    parts : tuple of str
+        What each of three numbers is.
     flag : str
         On the command line, if not made of the name.
     """
@@ -92,6 +96,8 @@ class About:
     needs: Needs | None = None
     words: Mapping[str, Word] = field(default_factory=dict)
     unset: str = ""
+    example: Any = None
+    parts: tuple[str, ...] = ()
     flag: str = ""
 
     def __get_pydantic_json_schema__(

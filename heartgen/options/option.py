@@ -57,6 +57,24 @@ class Option:
         needs = self.about.needs
         return needs is None or getattr(options, needs.option) == needs.value
 
+    def check_beside(self, options: Any) -> None:
+        """Refuse a value that other options leave without a meaning.
+
+        Parameters
+        ----------
+        options : Options
+            All of them.
+
+        Raises
+        ------
+        InputError
+            In the sentence that the declaration has for this.
+        """
+        refusal = self.about.needs.refusal if self.about.needs else ""
+        chosen = getattr(options, self.name) != self.default
+        if refusal and chosen and not self.applies(options):
+            raise InputError(refusal.format_map(vars(options)))
+
     def refusal(self, value: Any) -> str:
         """What is said where a value is none of this option.
 

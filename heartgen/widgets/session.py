@@ -20,6 +20,7 @@ from traitlets import Any as AnyTrait
 from traitlets import Dict, HasTraits, Instance, Int, List, Unicode, observe
 
 from heartgen.errors import HeartgenError, sentence
+from heartgen.options import ANALYZED
 from heartgen.widgets.costs import Costs
 from heartgen.widgets.input_case import BINARY, InputCase, analyze_case, load_file, load_sample
 from heartgen.widgets.memory import release_memory
@@ -186,8 +187,7 @@ class Session(HasTraits):
             with self.hold_trait_notifications():
                 self.case = outcome.case
                 self.anatomy = outcome.result.anatomy
-                options = outcome.result.options
-                self._measured = (outcome.case, options.truncate, options.ventricles, options.base)
+                self._measured = _measured(outcome.case, outcome.result.options)
                 self.reading, self.complaint = "", ""
         self.shown = outcome
         self._judge_steps()
@@ -219,8 +219,8 @@ class Session(HasTraits):
 
     def _anatomy_for(self, options: Options) -> Anatomy | None:
         """The anatomy, if it was measured under these options."""
-        key = (self.case, options.truncate, options.ventricles, options.base)
-        return self.anatomy if self._measured == key else None
+        known = self.case is not None and self._measured == _measured(self.case, options)
+        return self.anatomy if known else None
 
     def _load(self, doing: str, make: Callable[[], InputCase]) -> Future[None]:
         """Make a case and measure the heart in it, in the thread."""
@@ -276,7 +276,7 @@ class Session(HasTraits):
     def _take_anatomy(self, ask: int, case: InputCase, options: Options, anatomy: Anatomy) -> None:
         if ask != self._ask:
             return
-        self._measured = (case, options.truncate, options.ventricles, options.base)
+        self._measured = _measured(case, options)
         with self.hold_trait_notifications():
             self.anatomy = anatomy
             self.reading, self.complaint = "", ""
@@ -304,7 +304,7 @@ class Session(HasTraits):
     def _chosen(self, change: Any) -> None:
         """Measure anew where a choice changes what the shape analysis sees."""
         self.cost_revision += 1
-        if change["name"] in ("truncation", "distance", "ventricles") and self.case is not None:
+        if change["name"] in ANALYZED and self.case is not None:
             try:
                 options = self.choices.options()
             except HeartgenError:
@@ -358,7 +358,7 @@ class Session(HasTraits):
             self.choices.options()
         except HeartgenError as error:
             return StepState("failed", str(error))
-        return StepState("done", "ready to run; change what you like")
+        return StepState("done", "ready to run")
 
     def _run_state(self) -> StepState:
         if self.case is None:
@@ -397,6 +397,11 @@ class Session(HasTraits):
         if self.taken:
             return StepState("done", f"{self.taken} was downloaded")
         return StepState("ready", "choose formats and download")
+
+
+def _measured(case: InputCase, options: Options) -> tuple[Any, ...]:
+    """What the anatomy of a case depends on."""
+    return (case, *(getattr(options, name) for name in ANALYZED))
 
 
 def post_on_loop() -> Post | None:

@@ -138,7 +138,7 @@ def test_every_control_has_a_name(page):
 
 def test_every_control_explains_itself_on_hover(page):
     page.get_by_role("button", name="More choices").click()
-    page.get_by_label("Heart", exact=True).wait_for()
+    page.get_by_label("Basal surface", exact=True).wait_for()
     silent = page.evaluate(
         """() => [...document.querySelectorAll('.hg-side button, .hg-side select, .hg-side input')]
            .filter(e => e.getClientRects().length && !e.closest('.hg-drop') && !e.title)

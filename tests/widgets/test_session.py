@@ -111,17 +111,15 @@ def test_a_run_after_a_cancelled_one_finishes(session):
 @pytest.mark.slow
 def test_chosen_elements_are_those_of_the_mesh(session):
     session.load_sample("lifelike").result()
-    session.choices.default_elements = False
-    session.choices.circumferential, session.choices.longitudinal = 8, 4
+    session.choices.elements = (1, 8, 4)
     session.start().result()
     assert session.shown.result.mesh.topology.shape == (1, 8, 4)
 
 
 def test_contradicting_choices_are_told(session):
     session.load_sample("lifelike").result()
-    session.choices.topology = "patch"
-    session.choices.default_elements = False
-    session.choices.circumferential = 9
+    session.choices.apex = "patch"
+    session.choices.elements = (1, 9, 6)
     told = "9 elements around cannot end in a square patch"
     assert session.states["choices"].phase == "failed"
     assert told in session.states["choices"].reason
@@ -130,7 +128,7 @@ def test_contradicting_choices_are_told(session):
     with pytest.raises(HeartgenError, match=told):
         session.start()
     assert session.runs == []
-    session.choices.circumferential = 8
+    session.choices.elements = (1, 8, 6)
     assert phases(session)["choices"] == "done"
     assert phases(session)["run"] == "ready"
 
@@ -158,10 +156,10 @@ def test_failing_pipeline_is_a_sentence(session, monkeypatch):
 def test_truncation_has_the_heart_measured_anew(session):
     session.load_sample("lifelike").result()
     before = session.anatomy
-    session.choices.truncation = "distance"
+    session.choices.truncate = 5.0
     session._pool.submit(lambda: None).result()
     assert session.anatomy is not before
-    assert session.anatomy.base.truncation == pytest.approx(session.choices.distance)
+    assert session.anatomy.base.truncation == pytest.approx(5.0)
 
 
 @pytest.mark.slow
