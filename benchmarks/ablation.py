@@ -20,6 +20,7 @@ from heartgen.anatomy import Anatomy
 from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.enhancement import enhance
 from heartgen.fairness import assess_fairness
+from heartgen.heart_kinds import kind_of
 from heartgen.mesh import HexMesh
 from heartgen.optimization import FitSettings, fit_target, optimize, settings_for
 from heartgen.result import Personalization
@@ -60,7 +61,7 @@ def meshes(
     anatomy, target = paper.anatomy, fit_target(paper.anatomy)
     full = settings_for(
         lod,
-        biventricular=anatomy.rv is not None,
+        heart=kind_of(anatomy).weights,
         stack=anatomy.slices is not None,
         columns=paper.mesh.topology.shape[1],
     )

@@ -22,6 +22,7 @@ from benchmarks.rows import Row, case_of, column, elements_of, jobs_of_masks, re
 from heartgen.assessment import assess_accuracy, assess_quality
 from heartgen.errors import HeartgenError
 from heartgen.fairness import assess_fairness
+from heartgen.heart_kinds import kind_of
 from heartgen.optimization import FitSettings, fit_target, optimize, settings_for
 
 WEIGHTS = ("even", "angles", "fair", "smooth", "place", "distance", "cut", "apex")
@@ -51,7 +52,7 @@ def measure(job: Row) -> list[Row]:
     anatomy, target = result.anatomy, fit_target(result.anatomy)
     default = settings_for(
         job["lod"],
-        biventricular=anatomy.rv is not None,
+        heart=kind_of(anatomy).weights,
         stack=anatomy.slices is not None,
         columns=result.mesh.topology.shape[1],
     )

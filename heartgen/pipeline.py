@@ -14,6 +14,7 @@ from heartgen.anatomy import Anatomy, analyze_under, rim_cone, with_hole, with_v
 from heartgen.clock import Clock, Progress
 from heartgen.enhancement import enhance
 from heartgen.errors import InputError, recalling
+from heartgen.heart_kinds import LEFT_VENTRICLE, kind_of
 from heartgen.images import Mask
 from heartgen.images.accepting import MaskLike, accept_all
 from heartgen.images.reading import log_findings
@@ -21,16 +22,11 @@ from heartgen.mesh import HexMesh
 from heartgen.mesh.hermite import RIM
 from heartgen.mesh.validity import certify
 from heartgen.optimization import curve_transmural_lines, fit_target, misfit, optimize, settings_for
-from heartgen.options import HOLE_SHARE, Options, chosen, usual_elements
+from heartgen.options import HOLE_SHARE, Options, chosen
 from heartgen.registration import Deformation, register
 from heartgen.reporting import Fit, assess, report_on
 from heartgen.result import Personalization
-from heartgen.templates import (
-    TruncatedEllipsoid,
-    biventricular_template,
-    fit_ellipsoid,
-    lv_template,
-)
+from heartgen.templates import TruncatedEllipsoid, fit_ellipsoid
 from heartgen.warping import warp
 
 __all__ = ["Personalization", "personalize", "personalize_levels"]
@@ -215,7 +211,7 @@ class _Start:
 def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
     """Warp, enhance, optimize and assess at one level of detail."""
     anatomy, deformations = start.anatomy, start.deformations[: options.lod]
-    options = replace(options, elements=options.elements or usual_elements(anatomy.rv is not None))
+    options = replace(options, elements=options.elements or kind_of(anatomy).elements)
     with clock.step("warping"):
         level, warped = _deepest_valid(start.template, deformations, options)
     with clock.step("enhancement"):
@@ -249,10 +245,12 @@ def _finish(start: _Start, options: Options, clock: Clock) -> Personalization:
 
 def _template(anatomy: Anatomy, ellipsoid: TruncatedEllipsoid, options: Options) -> HexMesh:
     """Template of what the mask shows."""
-    make = lv_template if anatomy.rv is None else biventricular_template
-    elements = options.elements or usual_elements(anatomy.rv is not None)
+    kind = kind_of(anatomy)
+    elements = options.elements or kind.elements
     hole = HOLE_SHARE * anatomy.radius if options.hole_radius is None else options.hole_radius
-    return make(anatomy, elements, options.transmural_grading, options.apex, hole, ellipsoid)
+    return kind.template(
+        anatomy, elements, options.transmural_grading, options.apex, hole, ellipsoid
+    )
 
 
 def _deepest_valid(
@@ -276,7 +274,7 @@ def _straightened(warped: HexMesh, options: Options) -> HexMesh:
 
 def _is_whole_lv(anatomy: Anatomy) -> bool:
     """Whether there is one ventricle alone, and all of it was seen."""
-    return anatomy.rv is None and anatomy.slices is None
+    return kind_of(anatomy) is LEFT_VENTRICLE and anatomy.slices is None
 
 
 def _optimized(
@@ -288,9 +286,9 @@ def _optimized(
     settings = settings_for(
         options.lod,
         options.quality,
-        anatomy.rv is not None,
+        kind_of(anatomy).weights,
         anatomy.slices is not None,
-        options.insertion,
+        options.insertion == "rounded",
         mesh.topology.shape[1],
     )
     target = fit_target(anatomy)

@@ -28,8 +28,7 @@ from heartgen.mesh.hermite import (
 )
 from heartgen.mesh.hexmesh import Topology
 from heartgen.mesh.numbering import corner_nodes
-from heartgen.mesh.surface_chart import NODE_DOFS, Angles, SurfaceChart
-from heartgen.options import Apex
+from heartgen.mesh.surface_chart import NODE_DOFS, Angles, Apex, SurfaceChart
 
 MIN_LAYERS = 2
 """Septum and free wall."""

@@ -18,8 +18,7 @@ from heartgen.mesh.apical_patch import patch_chart
 from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN
 from heartgen.mesh.grading import LINEAR, Grading, blending_weights
 from heartgen.mesh.hexmesh import Topology
-from heartgen.mesh.surface_chart import Angles, SurfaceChart, collapsed_chart, open_chart
-from heartgen.options import Apex
+from heartgen.mesh.surface_chart import Angles, Apex, SurfaceChart, collapsed_chart, open_chart
 
 MIN_CIRCUMFERENTIAL = 3
 """Fewer elements around cannot carry the tangent plane of the pole."""

@@ -8,12 +8,16 @@ where its faces collapse; or a square patch of faces (`heartgen.mesh.apical_patc
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN
+
+Apex = Literal["collapsed", "hole", "patch"]
+"""Kinds of apex: elements that collapse in a pole, a hole, or a square patch of elements."""
 
 POLE_DOFS = 3
 NODE_DOFS = 4

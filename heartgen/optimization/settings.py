@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from heartgen.options import Insertion
+from heartgen.mesh.topology import Topology
 
 # Weights, relative to the squared distances.
 
@@ -19,9 +19,8 @@ LEVELS = (1.4, 1.1, 0.8, 0.5, 0.25)
 """Weight of the elements' quality, and of the surface's smoothness, at each level of detail, over
 that of the settings (cohort)."""
 
-USUAL_COLUMNS, WIDER = 12, 2.8
-"""Elements around the left ventricle of both that the weights are for, and power of the elements'
-width with which quality weighs more where there are fewer: wide elements bend more (cohort)."""
+USUAL_COLUMNS = 12
+"""Elements around the left ventricle that the weights are for."""
 
 
 @dataclass(frozen=True)
@@ -70,13 +69,45 @@ class FitSettings:
     right_apex: float = 1.0
 
 
-DENSE_LEFT = FitSettings()
-DENSE_BOTH = FitSettings(even=32.0, angles=42.0, smooth=2.0, place=2.0, pole=1.0)
-"""The corners of the right ventricle would be paid for with shear."""
+@dataclass(frozen=True)
+class HeartWeights:
+    """The weights for hearts of a kind: of a left ventricle alone, or of both.
 
-STACK_LEFT = FitSettings(even=32.0, angles=4.0, fair=4.0, smooth=0.05, place=0.1, pole=1.0)
-STACK_BOTH = FitSettings(even=68.0, angles=45.0, fair=12.0, smooth=0.05, place=0.1, pole=1.0)
-"""A stack is met closely whatever lies between its slices: there is room for better elements."""
+    Attributes
+    ----------
+    dense : FitSettings
+        For a mask whose voxels fill the heart.
+    stack : FitSettings
+        For slices far apart. They are met closely whatever lies between them: there is room for
+        better elements (cohort).
+    interior : (float, float)
+        Of even Jacobians and of right angles between the surfaces: so much shear that the right
+        angles of straight walls are kept (cohort).
+    wider : float
+        Power of the elements' width with which quality weighs more in dense masks where there are
+        fewer than `USUAL_COLUMNS`: wide elements bend more (cohort).
+    """
+
+    dense: FitSettings
+    stack: FitSettings
+    interior: tuple[float, float]
+    wider: float
+
+
+LV_WEIGHTS = HeartWeights(
+    dense=FitSettings(),
+    stack=FitSettings(even=32.0, angles=4.0, fair=4.0, smooth=0.05, place=0.1, pole=1.0),
+    interior=(45.0, 32.0),
+    wider=0.0,
+)
+
+BIV_WEIGHTS = HeartWeights(
+    # The corners of the right ventricle would be paid for with shear.
+    dense=FitSettings(even=32.0, angles=42.0, smooth=2.0, place=2.0, pole=1.0),
+    stack=FitSettings(even=68.0, angles=45.0, fair=12.0, smooth=0.05, place=0.1, pole=1.0),
+    interior=(30.0, 26.0),
+    wider=2.8,
+)
 
 ROUNDED = 16.0
 """`right_apex` where the insertion line is to follow the anatomy (study: apex)."""
@@ -85,12 +116,23 @@ MOVEMENT = 1 / 38
 """Unit of movement along the surface over the length of the ventricle: 2.4 mm of 90."""
 
 
+def weights_of(topology: Topology) -> HeartWeights:
+    """The weights for hearts like that of a mesh.
+
+    Parameters
+    ----------
+    topology : Topology
+        Of the mesh.
+    """
+    return BIV_WEIGHTS if "rv_endo" in topology.surfaces else LV_WEIGHTS
+
+
 def settings_for(
     lod: int,
     quality: float = 1.0,
-    biventricular: bool = False,
+    heart: HeartWeights = LV_WEIGHTS,
     stack: bool = False,
-    insertion: Insertion = "rounded",
+    rounded: bool = True,
     columns: int = USUAL_COLUMNS,
 ) -> FitSettings:
     """Settings for a level of detail.
@@ -101,12 +143,12 @@ def settings_for(
         Level of detail, 1 to 5.
     quality : float
         Factor of the weight of quality; 1 is the default of the level.
-    biventricular : bool
-        Whether the mesh has a right ventricle.
+    heart : HeartWeights
+        `LV_WEIGHTS` or `BIV_WEIGHTS`.
     stack : bool
         Whether it is fitted to slices far apart.
-    insertion : {"rounded", "squared"}
-        Course of its insertion line around its apex.
+    rounded : bool
+        Whether the insertion line is to follow the anatomy around the right ventricle's apex.
     columns : int
         Elements around the left ventricle.
 
@@ -114,11 +156,8 @@ def settings_for(
     -------
     FitSettings
     """
-    if biventricular:
-        plain = STACK_BOTH if stack else DENSE_BOTH
-    else:
-        plain = STACK_LEFT if stack else DENSE_LEFT
-    wide = max(1.0, USUAL_COLUMNS / columns) ** WIDER if biventricular and not stack else 1.0
+    plain = heart.stack if stack else heart.dense
+    wide = 1.0 if stack else max(1.0, USUAL_COLUMNS / columns) ** heart.wider
     factor = LEVELS[lod - 1] * quality * wide
     # Where quality weighs more than usual, more holds the lines and the surface against it.
     held = max(1.0, quality)
@@ -128,7 +167,7 @@ def settings_for(
         angles=factor * plain.angles,
         fair=held * plain.fair,
         smooth=LEVELS[lod - 1] * held * plain.smooth,
-        right_apex=ROUNDED if insertion == "rounded" else 1.0,
+        right_apex=ROUNDED if rounded else 1.0,
     )
 
 
@@ -216,7 +255,3 @@ number of such rounds."""
 
 AIM = 1.1
 """Jacobian ratio aimed at, over the least: the closer elements are, the less they still gain."""
-
-INTERIOR_LEFT, INTERIOR_BOTH = (45.0, 32.0), (30.0, 26.0)
-"""Weights of even Jacobians and of right angles between the surfaces, of one ventricle and of both:
-so much shear that the right angles of straight walls are kept (cohort)."""

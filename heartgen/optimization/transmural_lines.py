@@ -19,12 +19,7 @@ from heartgen.optimization.assembly import Assembler
 from heartgen.optimization.gauss_newton import minimize
 from heartgen.optimization.policy import raise_ratios
 from heartgen.optimization.quality import EvenJacobians, RightAngles
-from heartgen.optimization.settings import (
-    INTERIOR_BOTH,
-    INTERIOR_LEFT,
-    INTERIOR_STEPS,
-    FitSettings,
-)
+from heartgen.optimization.settings import INTERIOR_STEPS, FitSettings, weights_of
 
 
 def curve_transmural_lines(
@@ -47,7 +42,7 @@ def curve_transmural_lines(
         Same topology, valid; the degrees of freedom of all surfaces are bit-equal.
     """
     topology = mesh.topology
-    even, angles = INTERIOR_BOTH if "rv_endo" in topology.surfaces else INTERIOR_LEFT
+    even, angles = weights_of(topology).interior
     dof_map = DofMap(topology, bent=True)
     held = np.zeros(dof_map.n, dtype=bool)
     held[_of_surfaces(topology)] = True

@@ -18,7 +18,7 @@ from heartgen.mesh.dof_map import DofMap
 from heartgen.mesh.hermite import chart_of
 from heartgen.mesh.hexmesh import HexMesh, Topology
 from heartgen.mesh.quadrature import gauss_square
-from heartgen.options import Apex
+from heartgen.mesh.surface_chart import Apex
 from heartgen.templates.biventricular_surface import BiventricularSurface, fit_biventricular_surface
 from heartgen.templates.ellipsoid import TruncatedEllipsoid, fit_ellipsoid
 from heartgen.templates.meridian import Meridians, best_meridians

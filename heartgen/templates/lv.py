@@ -11,8 +11,7 @@ from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN, bernstein
 from heartgen.mesh.hermite import chart_of, cup_topology
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.quadrature import gauss, gauss_square
-from heartgen.mesh.surface_chart import SurfaceChart
-from heartgen.options import Apex
+from heartgen.mesh.surface_chart import Apex, SurfaceChart
 from heartgen.templates.ellipsoid import TruncatedEllipsoid, fit_ellipsoid
 from heartgen.templates.meridian import Meridians, best_meridians
 from heartgen.templates.patch_map import FACE_GAUSS, Fit, fit_patch_map, radius_of

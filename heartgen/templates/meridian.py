@@ -20,7 +20,7 @@ from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN, bernstein, bernstein_d
 from heartgen.mesh.grading import LINEAR, Grading, RowGrading
 from heartgen.mesh.jacobian import QUALITY_GAUSS
 from heartgen.mesh.quadrature import gauss
-from heartgen.options import Apex
+from heartgen.mesh.surface_chart import Apex
 from heartgen.templates.ellipsoid import TruncatedEllipsoid
 from heartgen.templates.spacing import FOLDED, even_rows
 

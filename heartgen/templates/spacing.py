@@ -24,7 +24,7 @@ from heartgen.mesh.bernstein import HERMITE_TO_BERNSTEIN, bernstein, bernstein_d
 from heartgen.mesh.grading import LINEAR, Grading, RowGrading, depth, depth_by_row
 from heartgen.mesh.jacobian import QUALITY_GAUSS
 from heartgen.mesh.quadrature import gauss
-from heartgen.options import Apex
+from heartgen.mesh.surface_chart import Apex
 from heartgen.templates.ellipsoid import TruncatedEllipsoid
 
 SQUARENESS = 0.5

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import numpy as np
 import pytest
 
+from heartgen import options
 from heartgen.errors import MeshError
 from heartgen.mesh import HexMesh
 from heartgen.mesh.biventricular_topology import RvAttachment, biventricular_topology
@@ -13,6 +16,7 @@ from heartgen.mesh.hermite import cup_topology
 from heartgen.mesh.hexmesh import Topology
 from heartgen.mesh.jacobian import jacobian_ratio, volume
 from heartgen.mesh.numbering import corner_nodes
+from heartgen.mesh.surface_chart import Apex
 from heartgen.mesh.surface_faces import enclosed_volume, sample_faces
 from heartgen.mesh.validity import certify
 from heartgen.templates.ellipsoid import TruncatedEllipsoid
@@ -38,6 +42,10 @@ HOLE = 6.0
 
 EDGE = np.array([0.5, 0.0, 0.13, 0.6, 1.0])
 ACROSS = np.array([0.4, 0.0, 1.0, 0.7, 0.2])
+
+
+def test_options_offer_every_kind_of_apex() -> None:
+    assert get_args(options.Apex) == get_args(Apex)
 
 
 @pytest.fixture(params=CUPS)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from heartgen.anatomy import Anatomy
+from heartgen.heart_kinds import kind_of
 from heartgen.mesh import HexMesh
 from heartgen.optimization import FitSettings, FitTarget, settings_for
 from heartgen.optimization.energy import Energy
-from heartgen.templates import biventricular_template, lv_template
 
 
 @dataclass(frozen=True)
@@ -21,8 +21,8 @@ class Heart:
 
     def settings(self, lod: int = 3, quality: float = 1.0) -> FitSettings:
         """The usual settings for such a mesh."""
-        both = self.anatomy.rv is not None
-        return settings_for(lod, quality, both, columns=self.mesh.topology.shape[1])
+        weights = kind_of(self.anatomy).weights
+        return settings_for(lod, quality, weights, columns=self.mesh.topology.shape[1])
 
     def energy(self) -> Energy:
         """Its energy under these."""
@@ -30,5 +30,5 @@ class Heart:
 
     def finer(self, *elements: int) -> Heart:
         """The same patient with another template."""
-        make = lv_template if self.anatomy.rv is None else biventricular_template
-        return Heart(self.anatomy, self.target, make(self.anatomy, elements))
+        made = kind_of(self.anatomy).template(self.anatomy, elements)
+        return Heart(self.anatomy, self.target, made)
