@@ -21,8 +21,7 @@ from heartgen.mesh import HexMesh
 from heartgen.mesh.bases import lagrange_extraction
 from heartgen.mesh.bernstein import lattice
 from heartgen.mesh.biventricular_topology import RvAttachment, biventricular_topology
-from heartgen.mesh.connectivity import merge_coincident
-from heartgen.mesh.numbering import corner_nodes
+from heartgen.mesh.connectivity import corner_nodes, merge_coincident
 from heartgen.options import Apex
 from heartgen.result import Personalization
 from heartgen.templates import lv_template

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import subprocess
 import sys
 import tomllib
+from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -113,3 +116,51 @@ def test_every_benchmark_can_be_imported(repository: Path) -> None:
         check=False,
     )
     assert answer.returncode == 0, answer.stderr
+
+
+def modules(repository: Path) -> dict[str, Path]:
+    """All modules of the package by name."""
+    files = sorted((repository / "heartgen").rglob("*.py"))
+    parts = [file.relative_to(repository).with_suffix("").parts for file in files]
+    names = [".".join(p[:-1] if p[-1] == "__init__" else p) for p in parts]
+    return dict(zip(names, files, strict=True))
+
+
+def imports_of(node: ast.AST) -> Iterator[str]:
+    """What is imported when code runs: inside of functions, too, but not for types alone."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
+            continue
+        if isinstance(child, ast.Import):
+            yield from (alias.name for alias in child.names)
+        elif isinstance(child, ast.ImportFrom):
+            yield from (f"{child.module}.{alias.name}" for alias in child.names)
+        else:
+            yield from imports_of(child)
+
+
+def reaching_up(repository: Path) -> set[tuple[str, str]]:
+    """Imports that are let reach up, only when a method is called: (module, what it imports).
+
+    They are those that the contract of the layers names; ``heartgen`` itself is the front door.
+    """
+    settings = tomllib.loads((repository / "pyproject.toml").read_text())
+    named = settings["tool"]["importlinter"]["contracts"][0]["ignore_imports"]
+    front, *others = (tuple(each.split(" -> ")) for each in named)
+    assert front == ("heartgen", "heartgen.**")
+    return set(others)
+
+
+def test_no_module_imports_itself_in_a_circle(repository: Path) -> None:
+    files, let = modules(repository), reaching_up(repository)
+    assert len(let) == 3, "what reaches up is meant to stay this little"
+    graph: dict[str, set[str]] = {}
+    for module, file in files.items():
+        found = imports_of(ast.parse(file.read_text()))
+        known = {name if name in files else name.rpartition(".")[0] for name in found}
+        graph[module] = {n for n in known & files.keys() - {module} if (module, n) not in let}
+    del graph["heartgen"]
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        pytest.fail(" imports ".join(reversed(error.args[1])))

@@ -18,7 +18,7 @@ import heartgen
 from heartgen import renamed, samples
 from heartgen.cli.cohort import app
 from heartgen.cohort.batching import batch
-from heartgen.cohort.cases import Case
+from heartgen.cohort.case import Case
 from heartgen.cohort.job import Job, is_as_asked, rows_of
 from heartgen.cohort.store import read_results
 from heartgen.fields import heart_axes, make_fields

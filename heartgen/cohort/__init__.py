@@ -10,7 +10,8 @@ from heartgen.errors import needing
 if TYPE_CHECKING:
     from heartgen.cohort.batch_report import write_report
     from heartgen.cohort.batching import batch
-    from heartgen.cohort.cases import Case, find_cases
+    from heartgen.cohort.case import Case
+    from heartgen.cohort.cases import find_cases
     from heartgen.cohort.store import read_results
     from heartgen.cohort.sweeping import sweep
     from heartgen.cohort.workers import Workers
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["Case", "Workers", "batch", "find_cases", "read_results", "sweep", "write_report"]
 
 _HOMES = {
-    "Case": "cases",
+    "Case": "case",
     "Workers": "workers",
     "batch": "batching",
     "find_cases": "cases",

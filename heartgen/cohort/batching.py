@@ -7,7 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heartgen.cohort.cases import Case, check_names, find_cases
+from heartgen.cohort.case import Case
+from heartgen.cohort.cases import check_names, find_cases
 from heartgen.cohort.job import Job
 from heartgen.cohort.run import Progress, quiet, run
 from heartgen.cohort.store import CASES

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from heartgen.cohort.cases import Case
+from heartgen.cohort.case import Case
 from heartgen.errors import InputError
 from heartgen.images.file_kinds import stem
 from heartgen.images.selecting import Selection

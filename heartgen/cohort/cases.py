@@ -1,91 +1,23 @@
-"""Which hearts: a mask with a name, or all masks of a folder or a table."""
+"""Which hearts: all masks of a folder or a table, or the one of a file."""
 
 from __future__ import annotations
 
-import hashlib
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
+from heartgen.cohort.case import WHOLE, Case
+from heartgen.cohort.case_tables import TABLES, cases_of_table
 from heartgen.errors import InputError
-from heartgen.images import Mask
 from heartgen.images.file_kinds import ENDINGS, stem
 from heartgen.images.folder import is_one_heart
 from heartgen.images.selecting import Selection
-from heartgen.report import mask_sha256
 
 NAME = re.compile(r"[^/\\\0-\x1f:*?\"<>|.][^/\\\0-\x1f:*?\"<>|]*")
 """A name that every system accepts for a folder, and that hides none."""
 
 LONGEST = 200
 """Bytes of the name of a folder; systems take 255, and what is written beside it adds some."""
-
-BLOCK = 1 << 20
-"""Bytes that are hashed at a time."""
-
-WHOLE = Selection()
-"""Of an image that is a mask."""
-
-
-@dataclass(frozen=True, eq=False)
-class Case:
-    """A heart to be meshed.
-
-    Attributes
-    ----------
-    name : str
-        Unlike that of any other case; parts between slashes are folders of the results.
-    source : Path or Mask
-        File to be read, or the mask itself.
-    group : str
-        Cases of a group are counted together in reports.
-    selection : Selection
-        What of the file is the myocardium.
-    choices : mapping of str to value
-        Options of this case alone.
-    """
-
-    name: str
-    source: Path | Mask
-    group: str = ""
-    selection: Selection = WHOLE
-    choices: Mapping[str, Any] = field(default_factory=dict)
-
-    def read(self, ventricles: str = "auto") -> Mask:
-        """The mask; raises InputError where no heart can be meshed from the file.
-
-        Parameters
-        ----------
-        ventricles : {"auto", "lv", "biv"}
-            Which to take from a label map.
-        """
-        if isinstance(self.source, Mask):
-            return self.source
-        return self.selection.read(self.source, ventricles)
-
-    def digest(self) -> str:
-        """SHA-256 of the file, of all files of a folder by name, or of voxels and affine."""
-        if isinstance(self.source, Mask):
-            return mask_sha256(self.source)
-        found = hashlib.sha256()
-        for file in _files(self.source):
-            with file.open("rb") as stream:
-                while block := stream.read(BLOCK):
-                    found.update(block)
-        return found.hexdigest()
-
-    def stamp(self) -> list[Any]:
-        """What changes when the case does, without reading it: sizes and times of its files."""
-        told = [self.name, asdict(self.selection)]
-        if isinstance(self.source, Mask):
-            return [*told, self.digest()]
-        try:
-            states = [file.stat() for file in _files(self.source)]
-        except OSError:  # it cannot be looked at now: reading it will say why
-            return told
-        return [*told, *([state.st_size, state.st_mtime_ns] for state in states)]
 
 
 def find_cases(place: Path, selection: Selection = WHOLE) -> list[Case]:
@@ -110,8 +42,6 @@ def find_cases(place: Path, selection: Selection = WHOLE) -> list[Case]:
     InputError
         If there are no cases, or a row of the table is not as it has to be.
     """
-    from heartgen.cohort.case_tables import TABLES, cases_of_table
-
     place = place.absolute()  # workers may have another folder of their own
     if place.is_dir() and not is_one_heart(place):
         cases = [_case_in(place, path, selection) for path in sorted(_images(place))]
@@ -170,10 +100,3 @@ def _case_in(folder: Path, path: Path, selection: Selection) -> Case:
     """The case of an image in a folder."""
     *above, _ = path.relative_to(folder).parts
     return Case("/".join([*above, stem(path)]), path, above[0] if above else "", selection)
-
-
-def _files(source: Path) -> list[Path]:
-    """The file, or all files of a folder by name; none if there is nothing."""
-    if source.is_dir():
-        return sorted(file for file in source.iterdir() if file.is_file())
-    return [source] if source.is_file() else []

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from heartgen import pipeline
-from heartgen.cohort.cases import Case
+from heartgen.cohort.case import Case
 from heartgen.cohort.rows import Row, failed_row, row_of
 from heartgen.cohort.threads import one_thread
 from heartgen.errors import FileError, HeartgenError, sentence

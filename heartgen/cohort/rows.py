@@ -13,7 +13,7 @@ from heartgen.viewing.card import Verdict, verdict
 if TYPE_CHECKING:
     import pandas as pd
 
-    from heartgen.cohort.cases import Case
+    from heartgen.cohort.case import Case
     from heartgen.images.selecting import Selection
     from heartgen.report import Report
 

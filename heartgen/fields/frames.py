@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from heartgen.fields.patch_coordinates import ASIDE, patch_of
 from heartgen.mesh.bernstein import ORDER, lattice, tabulate
-from heartgen.mesh.connectivity import generic_mesh, merge_coincident
+from heartgen.mesh.connectivity import merge_coincident
 from heartgen.mesh.hexmesh import HexMesh, Topology
 from heartgen.mesh.surface_faces import face_coefficients
 
@@ -75,7 +75,7 @@ def averaged(values: Array, mesh: HexMesh) -> Array:
         mm, world (LPS).
     """
     shared = ~at_pole(mesh)
-    number, first = merge_coincident(generic_mesh(mesh.topology).evaluate(lattice())[shared])
+    number, first = merge_coincident(np.matmul(tabulate(lattice()), mesh.topology.generic)[shared])
     total = np.zeros((len(first), *values.shape[2:]))
     np.add.at(total, number, values[shared])
     count = np.bincount(number).reshape(-1, *[1] * (values.ndim - 2))

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from heartgen.fields.coordinate_lines import lines
-from heartgen.mesh.bernstein import lattice
-from heartgen.mesh.connectivity import SAME, generic_mesh
+from heartgen.mesh.bernstein import lattice, tabulate
+from heartgen.mesh.connectivity import SAME
 from heartgen.mesh.hexmesh import Topology
 
 Array = NDArray[np.float64]
@@ -140,7 +140,7 @@ def perimeter(square: Array) -> Array:
 def _start(topology: Topology, patch: PatchCoordinates) -> float:
     """Column coordinate of the ring at a = 1, b = 0."""
     xi = lattice()
-    places = generic_mesh(topology).evaluate(xi)
+    places = np.matmul(tabulate(xi), topology.generic)
     ring = np.setdiff1d(np.arange(topology.n_elements), patch.elements)
     ring = ring[topology.index[ring, 2] == topology.index[ring, 2].min()]
     edge = xi[:, 1] == 0

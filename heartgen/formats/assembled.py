@@ -11,10 +11,10 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from heartgen.formats.groups import PARTS, PATCHES, SURFACES
-from heartgen.formats.skeleton import COLLAPSED, skeleton
 from heartgen.mesh.bernstein import ORDER
 from heartgen.mesh.field import MeshField
 from heartgen.mesh.hexmesh import COEFFICIENTS, HexMesh, Topology
+from heartgen.mesh.skeleton import COLLAPSED, skeleton
 from heartgen.mesh.surface_faces import face_coefficients
 from heartgen.renamed import SURFACES as FORMER
 

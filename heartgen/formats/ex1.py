@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from heartgen.formats.exf import NODESET, field_head, structure_comments
 from heartgen.formats.exmodel import ExBlock, ExModel, ex_model
 from heartgen.formats.groups import Group
-from heartgen.formats.skeleton import COLLAPSED
 from heartgen.formats.written import Written, write_texts
 from heartgen.mesh.field import MeshField
 from heartgen.mesh.hexmesh import HexMesh
+from heartgen.mesh.skeleton import COLLAPSED
 
 NODES, ELEMENTS = ".exnode", ".exelem"
 """Endings of the two files."""

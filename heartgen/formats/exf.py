@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from heartgen.formats.exmodel import ExBlock, ExModel, ex_model
 from heartgen.formats.groups import Group
-from heartgen.formats.skeleton import COLLAPSED, Skeleton
 from heartgen.formats.written import Written, write_text
 from heartgen.mesh.field import MeshField
 from heartgen.mesh.hexmesh import HexMesh
+from heartgen.mesh.skeleton import COLLAPSED, Skeleton
 
 NODESET = "!#nodeset nodes"
 MESHES = (

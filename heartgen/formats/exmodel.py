@@ -14,13 +14,11 @@ from numpy.typing import NDArray
 from heartgen.errors import MeshError
 from heartgen.fields.catalog import FIBER_ANGLES
 from heartgen.formats.groups import Group, named_groups, segment_groups
-from heartgen.formats.nodal import nodal_parameters
-from heartgen.formats.skeleton import Skeleton, skeleton
 from heartgen.mesh.bernstein import lattice
-from heartgen.mesh.connectivity import generic_mesh, merge_coincident
 from heartgen.mesh.field import MeshField, fitting
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.lagrange_nodes import shared_points
+from heartgen.mesh.skeleton import Skeleton, skeleton
 
 LABELS = (
     "value",
@@ -32,7 +30,7 @@ LABELS = (
     "d2/ds2ds3",
     "d3/ds1ds2ds3",
 )
-"""Labels of the parameters of a node, in the order of `heartgen.formats.nodal`."""
+"""Labels of the parameters of a node, in the order of `heartgen.mesh.versions`."""
 
 HERMITE, LAGRANGE = (f"{name}*{name}*{name}" for name in ("c.Hermite", "c.Lagrange"))
 """Names of the bases."""
@@ -211,23 +209,22 @@ def _coordinates(values: NDArray[np.float64]) -> tuple[ExField, ...]:
 
 
 def _hermite(mesh: HexMesh) -> ExBlock:
-    parameters = nodal_parameters(mesh)
+    versions = mesh.topology.versions
     return ExBlock(
-        fields=_coordinates(parameters.values),
+        fields=_coordinates(np.asarray(versions.weights @ mesh.dofs)),
         basis=HERMITE,
         labels=LABELS,
         first=0,
-        counts=parameters.counts,
+        counts=versions.counts,
         nodes=mesh.topology.nodes,
-        version=parameters.version,
+        version=versions.version,
     )
 
 
 def _lagrange(mesh: HexMesh) -> ExBlock:
-    places = generic_mesh(mesh.topology).evaluate(lattice())
-    number, first = merge_coincident(places.reshape(-1, 3))
+    number, first = mesh.topology.numbered(lattice())
     values = mesh.lagrange_points().reshape(-1, 3)[first]
-    return _on_lattice(number.reshape(mesh.n_elements, -1), _coordinates(values))
+    return _on_lattice(number, _coordinates(values))
 
 
 def _fields(mesh: HexMesh, fields: tuple[MeshField, ...], first_node: int) -> ExBlock:

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from heartgen.errors import MeshError
 from heartgen.fields.catalog import AHA
 from heartgen.fields.segments import SEGMENTS
-from heartgen.formats.skeleton import COLLAPSED, Skeleton, face_corners
-from heartgen.mesh.bases import CORNERS
+from heartgen.mesh.corner_parameters import CORNERS
 from heartgen.mesh.field import MeshField
 from heartgen.mesh.hexmesh import Topology
+from heartgen.mesh.skeleton import COLLAPSED, Skeleton, face_corners
 from heartgen.mesh.surface_faces import face_coefficients
 
 SURFACES = {

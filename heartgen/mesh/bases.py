@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
@@ -11,19 +12,18 @@ from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
 from heartgen.mesh.bernstein import (
-    BERNSTEIN_TO_HERMITE,
     DEGREE,
     HERMITE_TO_BERNSTEIN,
     cube,
     lagrange_to_bernstein,
     lattice,
 )
-from heartgen.mesh.connectivity import generic_mesh, merge_coincident
-from heartgen.mesh.hexmesh import COEFFICIENTS, HexMesh, Topology
+from heartgen.mesh.connectivity import merge_coincident
+from heartgen.mesh.corner_parameters import PARAMETERS, corner_parameters, cube_by_ends
+from heartgen.mesh.topology import COEFFICIENTS, Topology
 
-CORNERS = 8
-PARAMETERS = 8
-"""Of a corner: value, d/dxi1, d/dxi2, d2/dxi1dxi2, d/dxi3, d2/dxi1dxi3, d2/dxi2dxi3, d3."""
+if TYPE_CHECKING:
+    from heartgen.mesh.hexmesh import HexMesh
 
 FITS = 1e-11
 """Distance, relative to the extent of the mesh, within which a geometry lies in a space."""
@@ -52,17 +52,17 @@ def to_lagrange(mesh: HexMesh, order: int = DEGREE) -> HexMesh:
     topology, xi = mesh.topology, lattice(order + 1)
     if topology.basis == "lagrange" and order == DEGREE:
         return mesh
-    number, first = merge_coincident(generic_mesh(topology).evaluate(xi).reshape(-1, 3))
+    number, first = topology.numbered(xi)
     lagrange = replace(
         topology,
-        extraction=lagrange_extraction(number, len(first), order),
+        extraction=lagrange_extraction(number.ravel(), len(first), order),
         constant=np.ones(len(first)),
         straightening=None,
         basis="lagrange",
         hermite=topology if order == DEGREE else None,
         generic_dofs=None,
     )
-    return HexMesh(mesh.evaluate(xi).reshape(-1, 3)[first], lagrange)
+    return replace(mesh, dofs=mesh.evaluate(xi).reshape(-1, 3)[first], topology=lagrange)
 
 
 def to_hermite(mesh: HexMesh) -> HexMesh:
@@ -76,7 +76,8 @@ def to_hermite(mesh: HexMesh) -> HexMesh:
     if mesh.topology.basis == "hermite":
         return mesh
     if mesh.topology.hermite is not None:
-        found = HexMesh(_fitted(mesh.topology.hermite, mesh.control), mesh.topology.hermite)
+        before = mesh.topology.hermite
+        found = replace(mesh, dofs=_fitted(before, mesh.control), topology=before)
         if np.abs(found.control - mesh.control).max() <= FITS * _extent(mesh):
             return found
     return _with_versions(mesh)
@@ -94,23 +95,6 @@ def deviation(mesh: HexMesh, other: HexMesh) -> float:
     """
     xi = lattice(DENSE)
     return float(np.linalg.norm(mesh.evaluate(xi) - other.evaluate(xi), axis=-1).max())
-
-
-def corner_parameters() -> NDArray[np.float64]:
-    """Parameters of the corners of an element from its Bernstein coefficients, (8, 8, 64)."""
-    # All entries are whole numbers, but for the rounding of the inversion.
-    return cube_by_ends(np.rint(BERNSTEIN_TO_HERMITE).reshape(2, 2, -1))
-
-
-def cube_by_ends(line: NDArray[np.float64]) -> NDArray[np.float64]:
-    """`cube` of a matrix (end, derivative, m): (corner, derivative, m^3).
-
-    Parameters
-    ----------
-    line : (2, 2, m) float64
-        By end and derivative, for one direction.
-    """
-    return np.asarray(np.kron(line, np.kron(line, line)))
 
 
 def lagrange_extraction(number: NDArray[np.intp], n: int, order: int = DEGREE) -> sp.csr_array:
@@ -162,9 +146,10 @@ def _with_versions(mesh: HexMesh) -> HexMesh:
     number, first = merge_coincident(key)
     weights = _gather(number, len(first))
     dofs = values.reshape(-1, 3)[first]
-    return HexMesh(
-        dofs,
-        replace(
+    return replace(
+        mesh,
+        dofs=dofs,
+        topology=replace(
             topology,
             extraction=nodal_extraction(weights),
             constant=(slot.ravel()[first] % PARAMETERS == 0).astype(float),

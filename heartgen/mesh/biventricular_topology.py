@@ -17,6 +17,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
+from heartgen.mesh.connectivity import corner_nodes
 from heartgen.mesh.grading import LINEAR, Grading, blending_weights
 from heartgen.mesh.hermite import (
     chart_of,
@@ -27,7 +28,6 @@ from heartgen.mesh.hermite import (
     tensor_extraction,
 )
 from heartgen.mesh.hexmesh import Topology
-from heartgen.mesh.numbering import corner_nodes
 from heartgen.mesh.surface_chart import NODE_DOFS, Angles, Apex, SurfaceChart
 
 MIN_LAYERS = 2

@@ -2,7 +2,9 @@
 
 Two points of a mesh are one if they are the same combination of degrees of freedom. Random degrees
 of freedom tell: combinations that differ then give different places, and the patient's shape,
-where two points may touch by chance, has no say.
+where two points may touch by chance, has no say. This is decided here alone: what a mesh shares is
+asked of its topology, which keeps nodes (`Topology.nodes`), versions (`Topology.versions`) and, for
+points of any kind, `Topology.numbered`.
 """
 
 from __future__ import annotations
@@ -13,36 +15,65 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from heartgen.mesh.hexmesh import HexMesh, Topology
+from heartgen.mesh.bernstein import ORDER
 
 SAME = 1e-9
-"""Distance below which two places of the generic mesh are one: far above the rounding of places of
-size 1, and far below what sets different combinations apart."""
+"""Distance below which two generic places are one: far above the rounding of places of size 1, and
+far below what sets different combinations apart."""
 
 
-def generic_mesh(topology: Topology) -> HexMesh:
-    """Mesh of a topology with random degrees of freedom, always the same ones, of size 1.
-
-    If elements do not meet under random ones, the degrees of freedom are those under which they do.
-
-    Parameters
-    ----------
-    topology : Topology
-        Of the mesh.
-    """
-    generic_dofs = topology.generic_dofs
-    return HexMesh(random_dofs(topology) if generic_dofs is None else generic_dofs, topology)
-
-
-def random_dofs(topology: Topology) -> NDArray[np.float64]:
+def random_dofs(extraction: sp.csr_array) -> NDArray[np.float64]:
     """Random degrees of freedom (n, 3) of size 1, always the same ones.
 
     Parameters
     ----------
-    topology : Topology
+    extraction : (64 e, n) sparse
         Says how many there are.
     """
-    return np.random.default_rng(0).standard_normal((topology.extraction.shape[1], 3))
+    return np.random.default_rng(0).standard_normal((extraction.shape[1], 3))
+
+
+def generic_control(
+    extraction: sp.csr_array, generic_dofs: NDArray[np.float64] | None
+) -> NDArray[np.float64]:
+    """Bernstein coefficients of elements under generic degrees of freedom.
+
+    Parameters
+    ----------
+    extraction : (64 e, n) sparse
+        Bernstein coefficients of all elements from the n degrees of freedom.
+    generic_dofs : (n, 3) float64 or None
+        If elements do not meet under random ones, those under which they do, see `Topology`.
+
+    Returns
+    -------
+    (e, 64, 3) float64
+    """
+    dofs = random_dofs(extraction) if generic_dofs is None else generic_dofs
+    return np.asarray(extraction @ dofs).reshape(-1, ORDER**3, 3)
+
+
+def corner_nodes(
+    extraction: sp.csr_array, generic_dofs: NDArray[np.float64] | None = None
+) -> NDArray[np.intp]:
+    """Number the corner nodes of elements.
+
+    Parameters
+    ----------
+    extraction : (64 e, n) sparse
+        Bernstein coefficients of all elements from the n degrees of freedom.
+    generic_dofs : (n, 3) float64, optional
+        As of `generic_control`.
+
+    Returns
+    -------
+    (e, 8) int
+        xi1 fastest; counted from 0 in the order in which elements meet them.
+    """
+    ends = np.ix_(*[[0, ORDER - 1]] * 3)
+    corners = np.arange(ORDER**3).reshape(ORDER, ORDER, ORDER)[ends].ravel()
+    places = generic_control(extraction, generic_dofs)[:, corners]
+    return merge_coincident(places.reshape(-1, 3))[0].reshape(len(places), -1)
 
 
 def merge_coincident(places: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -51,7 +82,7 @@ def merge_coincident(places: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDA
     Parameters
     ----------
     places : (n, d) float64
-        Of a `generic_mesh`.
+        Generic ones, of size 1.
 
     Returns
     -------

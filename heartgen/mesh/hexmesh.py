@@ -11,7 +11,10 @@ from typing import TYPE_CHECKING, Any, Protocol, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from heartgen.mesh.bases import to_hermite, to_lagrange
 from heartgen.mesh.bernstein import lattice, tabulate
+from heartgen.mesh.lagrange_nodes import shared_points
+from heartgen.mesh.lattice_order import VTK_ORDER, places
 from heartgen.mesh.refinement import refine
 from heartgen.mesh.topology import COEFFICIENTS, Topology
 from heartgen.shown import as_html, counted, in_lines
@@ -96,14 +99,10 @@ class HexMesh:
     @property
     def cells(self) -> NDArray[np.intp]:
         """Points of each element as a cubic Lagrange hexahedron of VTK, in its order, (e, 64)."""
-        from heartgen.mesh.lattice_order import VTK_ORDER, places
-
         return self._numbered[0][:, places(VTK_ORDER)]
 
     @cached_property
     def _numbered(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        from heartgen.mesh.lagrange_nodes import shared_points
-
         return shared_points(self.topology)
 
     @overload
@@ -330,8 +329,6 @@ class HexMesh:
         HexMesh
             Still of tricubic elements, which contain those of lower order.
         """
-        from heartgen.mesh.bases import to_lagrange
-
         return to_lagrange(self, order)
 
     def to_hermite(self) -> HexMesh:
@@ -343,6 +340,4 @@ class HexMesh:
             In the topology that the mesh had before `to_lagrange` if its geometry lies in that;
             otherwise nodes have versions of the derivatives in which their elements differ.
         """
-        from heartgen.mesh.bases import to_hermite
-
         return to_hermite(self)

@@ -7,11 +7,11 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.mesh.bernstein import lattice
-from heartgen.mesh.connectivity import generic_mesh, merge_coincident
+from heartgen.mesh.bernstein import lattice, tabulate
+from heartgen.mesh.connectivity import merge_coincident
 from heartgen.mesh.field import MeshField
-from heartgen.mesh.hexmesh import Topology
 from heartgen.mesh.surface_faces import face_coefficients
+from heartgen.mesh.topology import Topology
 
 
 def shared_points(
@@ -37,14 +37,14 @@ def shared_points(
     first : (m,) int
         Where each point appears first among the 64 e.
     """
-    shape, xi = generic_mesh(topology), lattice()
+    generic, xi = topology.generic, lattice()
     key = np.zeros((topology.n_elements, len(xi), 6))
-    key[..., :3] = shape.evaluate(xi)
-    slopes = shape.gradient(xi)
+    key[..., :3] = np.matmul(tabulate(xi), generic)
+    slopes = [np.matmul(tabulate(xi, d), generic) for d in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
     for element, face in topology.collapsed:
         # The points of a collapsed face are told apart by the direction in which they leave it.
         on = face_coefficients()[face]
-        key[element, on, 3:] = slopes[element, on, :, face // 2]
+        key[element, on, 3:] = slopes[face // 2][element, on]
     number, first = merge_coincident(key.reshape(-1, 6))
     values = [f.values.reshape(len(number), -1) for f in fields if not f.per_element]
     if values:

@@ -9,14 +9,18 @@ common edge is decided in whole numbers: no line slips through.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import InputError, MeshError
-from heartgen.mesh.connectivity import generic_mesh, merge_coincident
-from heartgen.mesh.hexmesh import HexMesh
-from heartgen.mesh.surface_faces import tessellate
+from heartgen.mesh.connectivity import merge_coincident
+from heartgen.mesh.surface_faces import face_grid, tessellate
+
+if TYPE_CHECKING:
+    from heartgen.mesh.hexmesh import HexMesh
 
 FLATNESS = 0.02
 """Distance of triangles from the surface, over the size of a voxel, that is close enough."""
@@ -77,8 +81,7 @@ def _triangles(mesh: HexMesh, to_index: NDArray[np.float64]) -> NDArray[np.float
     while n < FINEST and _sag(mesh, faces, n, to_index) > FLATNESS:
         n *= 2
     points, quads = tessellate(mesh, faces, n)
-    places, _ = tessellate(generic_mesh(mesh.topology), faces, n)
-    number, first = merge_coincident(places)
+    number, first = merge_coincident(face_grid(mesh.topology.generic, faces, n))
     corner = number[quads]
     triangles = np.concatenate([corner[:, [0, 1, 2]], corner[:, [0, 2, 3]]])
     triangles = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(1)]  # none at the pole
@@ -93,7 +96,7 @@ def _triangles(mesh: HexMesh, to_index: NDArray[np.float64]) -> NDArray[np.float
 
 def _sag(mesh: HexMesh, faces: NDArray[np.intp], n: int, to_index: NDArray[np.float64]) -> float:
     """Largest distance in voxels of the surface from the chords of `n` pieces an edge."""
-    points = tessellate(mesh, faces, 2 * n)[0] @ to_index[:3, :3].T
+    points = face_grid(mesh.control, faces, 2 * n) @ to_index[:3, :3].T
     grid = points.reshape(len(faces), 2 * n + 1, 2 * n + 1, 3)
     knots = grid[:, ::2, ::2]
     along = (knots[:, 1:] + knots[:, :-1]) / 2 - grid[:, 1::2, ::2]

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from heartgen.mesh.bernstein import subdivision
-from heartgen.mesh.numbering import corner_nodes
+from heartgen.mesh.connectivity import corner_nodes
 from heartgen.mesh.topology import Topology
 
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.mesh.bernstein import ORDER, bernstein, bernstein_derivative
 from heartgen.mesh.field import MeshField
-from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.quadrature import EXACT, gauss_square
+
+if TYPE_CHECKING:
+    from heartgen.mesh.hexmesh import HexMesh
 
 FACE_COEFFICIENTS = ORDER**2
 
@@ -39,7 +43,20 @@ def face_control(mesh: HexMesh, faces: NDArray[np.intp]) -> NDArray[np.float64]:
     -------
     (f, 16, 3) float64, mm, world (LPS)
     """
-    return np.asarray(mesh.control[faces[:, 0, None], face_coefficients()[faces[:, 1]]])
+    return on_faces(mesh.control, faces)
+
+
+def on_faces(control: NDArray[np.float64], faces: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Coefficients (f, 16, k) of faces, of those (e, 64, k) of the elements.
+
+    Parameters
+    ----------
+    control : (e, 64, k) float64
+        Bernstein coefficients of whatever lives on the elements.
+    faces : (f, 2) int
+        (element, face).
+    """
+    return np.asarray(control[faces[:, 0, None], face_coefficients()[faces[:, 1]]])
 
 
 def tabulate_face(
@@ -99,8 +116,7 @@ def field_on_faces(
     uv : (q, 2) float64
         Parameters on each face.
     """
-    control = field.coefficients[faces[:, 0, None], face_coefficients()[faces[:, 1]]]
-    return np.asarray(np.matmul(tabulate_face(uv), control))
+    return np.asarray(np.matmul(tabulate_face(uv), on_faces(field.coefficients, faces)))
 
 
 def surface_area(mesh: HexMesh, faces: NDArray[np.intp], n: int = 8) -> float:
@@ -182,13 +198,26 @@ def tessellate(
     quads : (f n^2, 4) int
         Corners, counter-clockwise seen from outside.
     """
-    t = np.linspace(0, 1, n + 1)
-    basis = bernstein(t)
-    control = face_control(mesh, faces).reshape(-1, ORDER, ORDER, 3)
-    points = np.einsum("fbax,va,ub->fuvx", control, basis, basis).reshape(-1, 3)
     grid = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
     quad = np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], -1).reshape(-1, 4)
     quads = quad[None] + np.arange(len(faces))[:, None, None] * (n + 1) ** 2
     inward = face_signs()[faces[:, 1]] < 0
     quads[inward] = quads[inward][..., ::-1]
-    return points, quads.reshape(-1, 4)
+    return face_grid(mesh.control, faces, n), quads.reshape(-1, 4)
+
+
+def face_grid(control: NDArray[np.float64], faces: NDArray[np.intp], n: int) -> NDArray[np.float64]:
+    """Even grids of n + 1 points along both directions of faces, (f (n+1)^2, 3).
+
+    Parameters
+    ----------
+    control : (e, 64, 3) float64
+        Bernstein coefficients of the elements.
+    faces : (f, 2) int
+        (element, face).
+    n : int
+        Pieces per direction.
+    """
+    basis = bernstein(np.linspace(0, 1, n + 1))
+    patches = on_faces(control, faces).reshape(-1, ORDER, ORDER, 3)
+    return np.asarray(np.einsum("fbax,va,ub->fuvx", patches, basis, basis).reshape(-1, 3))

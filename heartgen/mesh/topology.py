@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from heartgen.mesh.bernstein import ORDER
+from heartgen.mesh.bernstein import ORDER, tabulate
+from heartgen.mesh.connectivity import generic_control, merge_coincident
+from heartgen.mesh.corner_parameters import CORNERS, PARAMETERS, corner_parameters
+from heartgen.mesh.versions import Versions, versions_of
 
 COEFFICIENTS = ORDER**3
 
@@ -85,6 +89,36 @@ class Topology:
     def n_elements(self) -> int:
         """Number of elements."""
         return len(self.index)
+
+    @cached_property
+    def generic(self) -> NDArray[np.float64]:
+        """Bernstein coefficients (e, 64, 3) of size 1 under which only what is one coincides."""
+        return generic_control(self.extraction, self.generic_dofs)
+
+    @cached_property
+    def versions(self) -> Versions:
+        """Versions of the nodal parameters, by `nodes`."""
+        one = corner_parameters().reshape(CORNERS * PARAMETERS, -1)
+        return versions_of(self.functionals(one), self.nodes)
+
+    def numbered(self, xi: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Number points of all elements; those in which elements meet are one.
+
+        Parameters
+        ----------
+        xi : (q, 3) float64
+            Local coordinates, the same for every element.
+
+        Returns
+        -------
+        number : (e, q) int
+            Counted from 0 in order of first appearance.
+        first : (m,) int
+            Where each number appears first among the e q points.
+        """
+        places = np.matmul(tabulate(xi), self.generic)
+        number, first = merge_coincident(places.reshape(-1, 3))
+        return number.reshape(len(places), -1), first
 
     def functionals(self, one: NDArray[np.float64]) -> sp.csr_array:
         """Linear functions of the coefficients of every element, as ones of the degrees of freedom.

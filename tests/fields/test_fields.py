@@ -14,8 +14,8 @@ from heartgen.fields.catalog import FIBER, SHEET, SHEET_NORMAL
 from heartgen.fields.frames import at_pole, wall_frames
 from heartgen.fields.patch_coordinates import patch_of
 from heartgen.mesh import HexMesh
-from heartgen.mesh.bernstein import lattice
-from heartgen.mesh.connectivity import generic_mesh, merge_coincident
+from heartgen.mesh.bernstein import lattice, tabulate
+from heartgen.mesh.connectivity import merge_coincident
 from heartgen.mesh.field import MeshField
 from heartgen.mesh.surface_faces import face_coefficients
 
@@ -27,7 +27,7 @@ def by_name(mesh: HexMesh, *names: str, **options) -> dict[str, MeshField]:
 def jump(mesh: HexMesh, values: np.ndarray, off_pole: bool = False) -> float:
     """Largest difference of values (e, 64, ...) between elements that share a lattice point."""
     shared = ~at_pole(mesh) if off_pole else np.ones(values.shape[:2], dtype=bool)
-    number, first = merge_coincident(generic_mesh(mesh.topology).evaluate(lattice())[shared])
+    number, first = merge_coincident(np.matmul(tabulate(lattice()), mesh.topology.generic)[shared])
     assert len(first) < len(number)
     return float(np.abs(values[shared] - values[shared][first][number]).max())
 
@@ -68,8 +68,8 @@ def test_thickness_jumps_only_where_the_ventricles_meet(lv: HexMesh, biv: HexMes
     values = by_name(biv, "thickness")["wall thickness"].values.copy()
     assert np.median(values[free]) < 0.6 * np.median(values)
     values[free] = np.nan
-    number, first = merge_coincident(generic_mesh(biv.topology).evaluate(lattice()).reshape(-1, 3))
-    assert np.nanmax(np.abs(values.ravel() - values.ravel()[first][number])) < 1e-9
+    number, first = biv.topology.numbered(lattice())
+    assert np.nanmax(np.abs(values.ravel() - values.ravel()[first][number.ravel()])) < 1e-9
 
 
 def test_septum_lies_between_its_insertions(biv: HexMesh) -> None:

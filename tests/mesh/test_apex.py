@@ -11,11 +11,11 @@ from heartgen import options
 from heartgen.errors import MeshError
 from heartgen.mesh import HexMesh
 from heartgen.mesh.biventricular_topology import RvAttachment, biventricular_topology
+from heartgen.mesh.connectivity import corner_nodes
 from heartgen.mesh.grading import RowGrading
 from heartgen.mesh.hermite import cup_topology
 from heartgen.mesh.hexmesh import Topology
 from heartgen.mesh.jacobian import jacobian_ratio, volume
-from heartgen.mesh.numbering import corner_nodes
 from heartgen.mesh.surface_chart import Apex
 from heartgen.mesh.surface_faces import enclosed_volume, sample_faces
 from heartgen.mesh.validity import certify

@@ -12,7 +12,6 @@ from heartgen.errors import InputError, MeshError
 from heartgen.formats.resampling.kinds import CHOICES, HEX8, TET4, TET10, WEDGE6, WEDGES, CellKind
 from heartgen.formats.resampling.straightening import straightened
 from heartgen.formats.resampling.tetrahedra import Block, split
-from heartgen.mesh.connectivity import generic_mesh, merge_coincident
 from heartgen.mesh.hexmesh import HexMesh
 
 POLE = 2
@@ -217,9 +216,8 @@ class _CellGrid:
         steps = [np.linspace(0, 1, n + 1) for n in size]
         k, j, i = np.meshgrid(*steps[::-1], indexing="ij")
         xi = np.stack([i.ravel(), j.ravel(), k.ravel()], -1)
-        number, first = merge_coincident(generic_mesh(topology).evaluate(xi).reshape(-1, 3))
+        self.number, first = topology.numbered(xi)
         self.points = mesh.evaluate(xi).reshape(-1, 3)[first]
-        self.number = number.reshape(topology.n_elements, -1)
         self.collapsed = np.zeros(topology.n_elements, dtype=bool)
         self.collapsed[topology.collapsed[:, 0]] = True
         rows = self.number.reshape(-1, *(size[::-1] + 1))[self.collapsed, :, 0]

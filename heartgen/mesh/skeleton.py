@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.mesh.connectivity import generic_mesh, merge_coincident
-from heartgen.mesh.hexmesh import Topology
+from heartgen.mesh.bernstein import tabulate
+from heartgen.mesh.connectivity import merge_coincident
+from heartgen.mesh.topology import Topology
 
 COLLAPSED = -1
 """In place of the number of a face without area, or of a line without length."""
@@ -57,16 +58,15 @@ def skeleton(topology: Topology) -> Skeleton:
     Skeleton
     """
     unit = _unit_faces()
-    shape = generic_mesh(topology)
     corners = topology.nodes[:, face_corners()].reshape(-1, 4)
     distinct = 1 + np.count_nonzero(np.diff(np.sort(corners, axis=1), axis=1), axis=1)
     solid = distinct > 2
-    centers = shape.evaluate(unit.mean(1)).reshape(-1, 3)
+    centers = np.matmul(tabulate(unit.mean(1)), topology.generic).reshape(-1, 3)
     faces, first = _number(centers, solid)
     corners = corners[first]
 
     halfway = unit[:, LINES].mean(2).reshape(-1, 3)
-    middles = shape.evaluate(halfway).reshape(-1, 4, 3)[first]
+    middles = np.matmul(tabulate(halfway), topology.generic).reshape(-1, 4, 3)[first]
     ends = corners[:, LINES]
     lines, _ = _number(middles.reshape(-1, 3), (ends[..., 0] != ends[..., 1]).ravel())
     return Skeleton(faces.reshape(-1, 6), lines.reshape(-1, 4), corners)

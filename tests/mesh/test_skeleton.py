@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.testing import assert_array_equal
 
-from heartgen.formats.skeleton import COLLAPSED, skeleton
+from heartgen.mesh.skeleton import COLLAPSED, skeleton
 
 
 def test_every_face_has_one_or_two_elements_and_the_outer_ones_are_the_named(mesh):
