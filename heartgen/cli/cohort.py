@@ -14,6 +14,7 @@ from heartgen.cli.option_flags import Choices, takes_options
 from heartgen.cli.outcome import check_folder, errors_reported
 from heartgen.cli.parameters import (
     EPILOG,
+    Command,
     Debug,
     Frame,
     Label,
@@ -97,7 +98,7 @@ Redo = Annotated[
 ]
 
 
-@app.command(epilog=EPILOG)
+@app.command(cls=Command, epilog=EPILOG)
 @takes_options()
 def batch(
     hearts: Hearts,
@@ -137,7 +138,7 @@ def batch(
         _show(by_ventricles(table), out)
 
 
-@app.command(epilog=EPILOG)
+@app.command(cls=Command, epilog=EPILOG)
 def sweep(
     hearts: Hearts,
     out: Out,
@@ -192,7 +193,7 @@ def sweep(
         _show(by_options(table, varied), out)
 
 
-@app.command()
+@app.command(cls=Command)
 def report(
     out: Annotated[
         Path, typer.Argument(metavar="OUT", show_default=False, help="Folder of a batch.")
@@ -260,7 +261,11 @@ def _bar(what: str) -> Iterator[Any]:
             failed += not all(succeeded(row) for row in rows)
             bars.update(task, completed=done, total=total, failed=failed)
 
-        yield show
+        try:
+            yield show
+        except BaseException:
+            bars.update(task, visible=bars.tasks[task].total is not None)  # or it never began
+            raise
 
 
 def _show(table: pd.DataFrame, out: Path) -> None:

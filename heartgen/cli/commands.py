@@ -17,6 +17,7 @@ from heartgen.cli.option_flags import Choices, takes_options
 from heartgen.cli.outcome import check_picture, errors_reported
 from heartgen.cli.parameters import (
     EPILOG,
+    Command,
     Debug,
     Frame,
     Label,
@@ -34,7 +35,7 @@ DPI = 150
 """Of the picture of `inspect`, dots per inch: 1800 pixels across."""
 
 
-@app.command(epilog=EPILOG)
+@app.command(cls=Command, epilog=EPILOG)
 @takes_options(ANALYZED)
 def inspect(
     mask: MaskPath,
@@ -70,7 +71,7 @@ def inspect(
         console.print(f"Picture: {picture}", markup=False, highlight=False, soft_wrap=True)
 
 
-@app.command(epilog=EPILOG)
+@app.command(cls=Command, epilog=EPILOG)
 def options(
     schema: Annotated[
         bool, typer.Option("--json", help="As a JSON schema, for programs and forms.")
@@ -90,7 +91,7 @@ def options(
         _show_options()
 
 
-@app.command()
+@app.command(cls=Command)
 def dashboard(
     host: Annotated[
         str, typer.Option(metavar="HOST", help="Address to serve on; 0.0.0.0 for all.")

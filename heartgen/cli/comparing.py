@@ -11,14 +11,14 @@ from heartgen.cli.earlier import MESHES
 from heartgen.cli.meshes import app
 from heartgen.cli.option_flags import flag_of
 from heartgen.cli.outcome import errors, errors_reported
-from heartgen.cli.parameters import Debug
+from heartgen.cli.parameters import Command, Debug
 from heartgen.errors import InputError, needing
 from heartgen.options import option_from_text
 
 __all__ = ["app"]
 
 
-@app.command()
+@app.command(cls=Command)
 def compare(
     results: Annotated[
         list[Path],

@@ -16,6 +16,7 @@ from heartgen.cli.option_flags import Choices, takes_options
 from heartgen.cli.outcome import check_folder, errors, errors_reported, written_together
 from heartgen.cli.parameters import (
     EPILOG,
+    Command,
     Debug,
     Frame,
     Label,
@@ -30,7 +31,7 @@ from heartgen.options import Options, options_from_text
 __all__ = ["app"]
 
 
-@app.command(epilog=EPILOG)
+@app.command(cls=Command, epilog=EPILOG)
 @takes_options()
 def fit(
     mask: MaskPath,
@@ -64,8 +65,8 @@ def fit(
         typer.Option(
             metavar="ANGLES",
             show_default=False,
-            help="Degrees at endo- and epicardium, helix=60/-60,right=90/-25,transverse=0/0,"
-            "sheet=0/0 if not given.",
+            help="Degrees at endo- and epicardium, such as helix=60/-60,right=90/-25, which are "
+            "taken if not given; also transverse and sheet, which are 0/0.",
         ),
     ] = None,
     overwrite: Overwrite = False,
@@ -92,7 +93,7 @@ def fit(
             result.write(folder, fields=chosen, rule=rule)
 
 
-@app.command()
+@app.command(cls=Command)
 def demo(
     out: Annotated[
         Path, typer.Option("-o", "--out", metavar="OUT", help="Folder for all that is made.")

@@ -9,7 +9,7 @@ import typer
 
 from heartgen.cli.commands import app
 from heartgen.cli.outcome import errors, errors_reported
-from heartgen.cli.parameters import Debug, NoBrowser
+from heartgen.cli.parameters import Command, Debug, NoBrowser
 from heartgen.errors import InputError, needing
 from heartgen.options import option_from_text
 
@@ -21,11 +21,11 @@ Mesh = Annotated[
 ]
 FittedMask = Annotated[
     Path | None,
-    typer.Argument(metavar="[MASK]", show_default=False, help="The mask it was fitted to, if any."),
+    typer.Argument(metavar="MASK", show_default=False, help="The mask it was fitted to, if any."),
 ]
 
 
-@app.command()
+@app.command(cls=Command)
 def convert(
     source: Annotated[
         Path,
@@ -78,7 +78,7 @@ def convert(
             typer.echo(file)
 
 
-@app.command()
+@app.command(cls=Command)
 def view(
     mesh: Mesh,
     mask: FittedMask = None,
@@ -93,7 +93,7 @@ def view(
         view_files(mesh, mask, port, browser=not no_browser)
 
 
-@app.command()
+@app.command(cls=Command)
 def rasterize(
     mesh: Mesh,
     like: Annotated[
@@ -134,7 +134,7 @@ def rasterize(
         errors.print(f"{100 * share:.2f} % of the volume of the mesh are in the image")
 
 
-@app.command()
+@app.command(cls=Command)
 def render(
     mesh: Mesh,
     mask: FittedMask = None,

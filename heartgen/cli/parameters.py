@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from heartgen import GLOSSARY
 from heartgen.renamed import new_flags
@@ -29,6 +29,38 @@ class TakesFormerFlags(TyperGroup):
             The command line.
         """
         return super().parse_args(ctx, new_flags(args))
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """The group's own parameters.
+
+        Parameters
+        ----------
+        ctx : typer.Context
+            Of the command.
+        """
+        return _without_types(super().get_params(ctx))
+
+
+class Command(TyperCommand):
+    """A command whose help shows flags without a type."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """The command's parameters.
+
+        Parameters
+        ----------
+        ctx : typer.Context
+            Of the command.
+        """
+        return _without_types(super().get_params(ctx))
+
+
+def _without_types(parameters: list[Any]) -> list[Any]:
+    """Parameters of which flags show no type in the help: they take no value."""
+    for each in parameters:
+        if getattr(each, "is_flag", False):
+            each.metavar = ""
+    return parameters
 
 
 MaskPath = Annotated[
@@ -66,7 +98,7 @@ Labels = Annotated[
         metavar="SCHEME",
         show_default=False,
         help="Read a label map: acdc, mmwhs, ukbb, mnms, emidec, totalsegmentator, auto, or roles "
-        "such as lv_myocardium=2,lv_pool=3,rv_pool=1.",
+        "such as lv_myocardium=2,lv_pool=3 (also rv_pool, rv_myocardium).",
     ),
 ]
 Frame = Annotated[

@@ -62,7 +62,21 @@ def step_bars() -> Iterator[clock.Progress]:
             bars.start_task(tasks[step])
             bars.update(tasks[step], completed=done)
 
-        yield show
+        try:
+            yield show
+        except BaseException:
+            _leave_off(bars)
+            raise
+
+
+def _leave_off(bars: Progress) -> None:
+    """After a failure: say at which step, and leave out those that never began."""
+    for task in bars.tasks:
+        if not task.started:
+            bars.update(task.id, visible=False)
+        elif not task.finished:
+            bars.stop_task(task.id)
+            bars.update(task.id, description=f"{task.description}: stopped")
 
 
 def show_report(report: Report) -> None:

@@ -14,7 +14,14 @@ from heartgen.fields import heart_axes
 from heartgen.formats.vtu import LAGRANGE_HEXAHEDRON, lagrange_grid
 from heartgen.mesh import HexMesh, MeshField
 from heartgen.viewing.fields import frame_of
-from heartgen.viewing.scene import REGION_COLORS, add_edges, add_surface, look_at, require_graphics
+from heartgen.viewing.scene import (
+    REGION_COLORS,
+    add_edges,
+    add_surface,
+    look_at,
+    require_graphics,
+    require_window,
+)
 
 COLORS = ("quality", "region")
 """Colorings that need neither a mask nor fields."""
@@ -81,7 +88,7 @@ def plot_mesh(
     MeshError
         If the mesh has no named surfaces.
     HeartgenError
-        If a picture is asked for where there is no graphics library.
+        If a picture is asked for where there is no graphics library, or a window without a screen.
     """
     if color not in (*COLORS, None):
         raise InputError(
@@ -96,8 +103,10 @@ def plot_mesh(
         plotter: Any = pv.Plotter(
             off_screen=off_screen or screenshot is not None, window_size=list(window_size)
         )
-    if screenshot is not None or not (off_screen or plotter.notebook):
+    if screenshot is not None:
         require_graphics(plotter)
+    elif not (off_screen or plotter.notebook):
+        require_window(plotter)
     plotter.set_background("white")
     add_surface(plotter, mesh, cast("Any", color))
     if edges:

@@ -129,6 +129,11 @@ def color_scale(color: str, error_limit: float = ERROR_LIMIT) -> Scale:
     return Scale("Jacobian ratio of the element", "cividis", (0.0, 1.0))
 
 
+LAST_RESORT = "vtkOSOpenGLRenderWindow"
+WITHOUT_SCREEN = ("vtkEGLRenderWindow", LAST_RESORT)
+"""Classes of VTK's windows that are none."""
+
+
 def plot(
     result: Personalization,
     *,
@@ -171,7 +176,7 @@ def plot(
     InputError
         If there is no such coloring.
     HeartgenError
-        If a picture is asked for where there is no graphics library.
+        If a picture is asked for where there is no graphics library, or a window without a screen.
     """
     if color not in ("error", "quality", "region", None):
         raise InputError(f"coloring {color!r} is not known: choose error, quality or region")
@@ -179,8 +184,10 @@ def plot(
         plotter: Any = pv.Plotter(
             off_screen=off_screen or screenshot is not None, window_size=list(window_size)
         )
-    if screenshot is not None or not (off_screen or plotter.notebook):
+    if screenshot is not None:
         require_graphics(plotter)
+    elif not (off_screen or plotter.notebook):
+        require_window(plotter)
     plotter.set_background("white")
     add_surface(plotter, result.mesh, color, result.anatomy.myocardium, error_limit)
     if edges:
@@ -203,7 +210,7 @@ def can_render(plotter: Any) -> bool:
     plotter : pyvista.Plotter
         Of the scene.
     """
-    last_resort = plotter.render_window.GetClassName() == "vtkOSOpenGLRenderWindow"
+    last_resort = plotter.render_window.GetClassName() == LAST_RESORT
     return not last_resort or find_library("OSMesa") is not None
 
 
@@ -219,6 +226,21 @@ def require_graphics(plotter: Any) -> None:
         raise HeartgenError(
             "pictures of the mesh need a graphics library, and this machine has none: install "
             "libegl1 and libgl1-mesa-dri, or make a page with view_html and open it in a browser"
+        )
+
+
+def require_window(plotter: Any) -> None:
+    """Refuse to open a window where there is no screen: VTK would show nothing.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+        Of the scene.
+    """
+    if plotter.render_window.GetClassName() in WITHOUT_SCREEN:
+        raise HeartgenError(
+            "there is no screen to open a window on: write a picture with "
+            'plot(screenshot="mesh.png"), or show it in a notebook'
         )
 
 

@@ -28,6 +28,8 @@ def test_error_in_heartgen_itself_asks_for_a_report(run, mask_file, tmp_path, mo
     assert "report" in outcome.stderr
     assert ("Traceback" in outcome.stderr) == debug
     assert not (tmp_path / "out").exists()
+    assert "registration: stopped" in outcome.stderr
+    assert "optimization" not in outcome.stderr  # which never began
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,12 @@ import json
 import subprocess
 import sys
 
+import pytest
+from typer.main import get_command
+from typer.testing import CliRunner
+
 import heartgen
+from heartgen.cli.cohort import app
 from heartgen.images.schemes import SCHEMES
 
 
@@ -36,3 +41,13 @@ def test_help_names_the_commands_and_loads_nothing_heavy():
         assert command in answer.stdout
     loaded = {name.partition(".")[0] for name in json.loads(answer.stderr)}
     assert not loaded & {"SimpleITK", "matplotlib", "numba", "numpy", "pyvista", "scipy", "skimage"}
+
+
+@pytest.mark.parametrize("width", [80, 100])
+@pytest.mark.parametrize("command", get_command(app).commands)
+def test_help_cuts_nothing_off_and_shows_no_type_of_a_flag(command, width):
+    told = CliRunner().invoke(app, [command, "--help"], env={"COLUMNS": str(width)}).stdout
+    assert max(map(len, told.splitlines())) <= width
+    assert "--help" in told
+    assert "…" not in told
+    assert "bool" not in told

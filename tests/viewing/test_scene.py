@@ -102,3 +102,12 @@ def test_without_graphics_library_there_is_a_sentence_and_no_crash(tmp_path):
     else:
         assert answer.returncode == 1
         assert "pictures of the mesh need a graphics library" in answer.stderr
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="there is a screen elsewhere")
+def test_a_window_without_a_screen_is_refused(result, monkeypatch):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    for show in (result.plot, result.mesh.plot):
+        with pytest.raises(HeartgenError, match=r'plot\(screenshot="mesh.png"\)'):
+            show()
