@@ -13,6 +13,7 @@ import typer
 from rich.console import Console
 
 from heartgen.errors import Cancelled, FileError, HeartgenError, notes_of, refused_by_system
+from heartgen.wording import worded_for
 
 FAILED = 1
 """Exit code of an error that has a sentence."""
@@ -42,7 +43,8 @@ def errors_reported(debug: bool) -> Iterator[None]:
         With the code.
     """
     try:
-        yield
+        with worded_for("command line"):
+            yield
     except (KeyboardInterrupt, Cancelled) as error:
         _say(str(error) or "cancelled, nothing written")
         raise typer.Exit(CANCELLED) from None

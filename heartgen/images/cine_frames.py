@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from heartgen.images.file_kinds import refuse
 from heartgen.images.mask import Finding
+from heartgen.wording import wording
 
 Frame: TypeAlias = int | str
 """Number of a frame, from 1, or ``"ED"`` or ``"ES"``."""
@@ -56,7 +57,8 @@ def find_frame(
         refuse(
             name,
             f"The image is a cine, or has channels: it holds {frames} frames; choose one by its "
-            "number from 1, or as ED or ES: frame=... or --frame.",
+            "number from 1, or as ED or ES"
+            f"{wording(', as frame=...', ', as --frame', ' under Frame')}.",
         )
     word = str(frame).strip().lower()
     if word in PHASES:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from heartgen.images.mask import Finding
 from heartgen.images.volume import Label, Volume
+from heartgen.wording import wording
 
 MAX_LABELS = 256
 """Distinct values beyond which an image is gray, not labeled: whole-body label maps have 120."""
@@ -20,6 +21,13 @@ again comes back as 2.9999998."""
 
 LISTED = 12
 """Labels named in a message."""
+
+ALIKE = 0.5
+"""Share of neighbors with equal values from which many values are labels: structures have an
+inside, gray values change from voxel to voxel."""
+
+WRITE = "write what they are under File is: Labels as written below"
+"""What to do on the page, where no scheme fits."""
 
 
 def myocardium(
@@ -57,7 +65,8 @@ def myocardium(
     missing = Finding(
         "labels",
         f"There is no label {' or '.join(unknown)} in the image, which holds "
-        f"{describe_present(values, names)}: pass one of these as label=... or --label.",
+        f"{describe_present(values, names)}: "
+        f"{wording('pass one of these as label=...', 'pass one of these as --label', WRITE)}.",
         fatal=True,
     )
     return None, (missing,)
@@ -150,14 +159,32 @@ def not_labels(values: NDArray[Any]) -> Finding | None:
     """
     distinct = np.unique(values)
     whole = values.dtype.kind != "f" or bool((distinct == np.round(distinct)).all())
-    if len(distinct) <= MAX_LABELS and whole:
+    if len(distinct) <= LISTED and whole:
+        return None
+    if len(distinct) <= MAX_LABELS and whole and _share_alike(values) >= ALIKE:
         return None
     return Finding(
         "binary",
-        f"The image is not a mask, it holds {len(distinct)} different values from "
+        f"The image is gray and not a mask, it holds {len(distinct)} different values from "
         f"{distinct[0]:g} to {distinct[-1]:g}: segment the myocardium, or threshold it.",
         fatal=True,
     )
+
+
+def say_labels() -> str:
+    """What to do where a file holds several labels and nothing is said of them."""
+    return wording(
+        "pass the myocardium's as label=..., or say what they all are with read_labels",
+        "pass the myocardium's as --label, or say what they all are with --labels",
+        "say under File is what they are",
+    )
+
+
+def _share_alike(values: NDArray[Any]) -> float:
+    """Share of neighbors in a slice that are equal, among those of which none is 0."""
+    one, other = values[1:], values[:-1]
+    both = (one != 0) & (other != 0)
+    return float((one == other)[both].mean()) if both.any() else 1.0
 
 
 def _whole(one: int | str) -> int | None:
@@ -173,7 +200,7 @@ def _not_binary(values: NDArray[Any], names: Mapping[int, str]) -> Finding:
     """Offer the labels of a label image; say of a gray image that it is one."""
     return not_labels(values) or Finding(
         "binary",
-        f"The image is not binary, it holds the labels {describe_present(values, names)}: pass the "
-        "myocardium's as label=... or --label, or say what they all are: read_labels or --labels.",
+        f"The image is not binary, it holds the labels {describe_present(values, names)}: "
+        f"{say_labels()}.",
         fatal=True,
     )

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.images.file_kinds import refuse
-from heartgen.images.labels import describe_label, find_labels
+from heartgen.images.labels import WRITE, describe_label, find_labels, say_labels
 from heartgen.images.mask import Finding
 from heartgen.images.schemes import SCHEMES, Scheme
 from heartgen.images.volume import Coded, Label, Volume
+from heartgen.wording import wording
 
 PRIORITY = (
     "others",
@@ -93,8 +94,7 @@ def choose(structures: Structures, label: Label | None) -> list[int]:
             return list(names)
         refuse(
             structures.file,
-            f"The file holds the {kind}s {offered}: pass the myocardium's, by number or name, as "
-            "label=... or --label, or say what they all are: read_labels or --labels.",
+            f"The file holds the {kind}s {offered}: {say_labels()}, by number or name.",
         )
     numbers, unknown = find_labels(label, names)
     unknown += [str(number) for number in numbers if number not in names]
@@ -102,7 +102,7 @@ def choose(structures: Structures, label: Label | None) -> list[int]:
         refuse(
             structures.file,
             f"There is no {kind} {' or '.join(unknown)} in the file, which holds {offered}: "
-            "pass one of these as label=... or --label.",
+            f"{wording('pass one of these as label=...', 'pass one of these as --label', WRITE)}.",
         )
     return numbers
 
@@ -158,11 +158,15 @@ def joined(structures: Structures, scheme: Scheme | None, frame: int) -> Volume:
     overlap = inside.sum(axis=-1) > 1
     if overlap.any() and scheme is None:
         first, second = np.flatnonzero(inside[overlap][0])[:2]
+        roles = "lv_myocardium=NAME,lv_pool=NAME"
+        named = wording(
+            f"read_labels(path, dict({roles}))", f"--labels {roles}", f"{roles} under Labels"
+        )
         refuse(
             structures.file,
             f"The {structures.kind}s {structures.names[numbers[first]]!r} and "
             f"{structures.names[numbers[second]]!r} overlap: say which are myocardium and pools, "
-            "such as --labels lv_myocardium=NAME,lv_pool=NAME.",
+            f"such as {named}.",
         )
     values = np.zeros(inside.shape[:3], dtype=np.int32)
     for at in sorted(range(len(numbers)), key=lambda at: _rank(scheme, numbers[at])):

@@ -15,6 +15,7 @@ from heartgen.images.mask import LEFT_BLOOD, RIGHT_BLOOD, WALL, Finding
 from heartgen.images.rv_wall import Parts, build_rv_wall
 from heartgen.images.schemes import Scheme
 from heartgen.images.volume import Volume
+from heartgen.wording import wording
 
 VentricleChoice: TypeAlias = Literal["auto", "lv", "biv"]
 """Which ventricles to take: all that are labeled, the left, both."""
@@ -134,7 +135,8 @@ def _check_labels(volume: Volume, scheme: Scheme, ventricles: str) -> Finding | 
         return Finding(
             "labels",
             f"There is no label {' or '.join(missing)} in the image, which holds {held}: give the "
-            "scheme of its labels, or the labels themselves, as scheme=... or --labels.",
+            "scheme of its labels, or the labels themselves, "
+            f"{wording('as scheme=...', 'as --labels', 'under File is')}.",
             fatal=True,
         )
     if ventricles == "biv" and not np.isin(present, right).any():

@@ -28,14 +28,20 @@ def bad(words: str) -> Callable[[Maker], Maker]:
     return lambda make: bad_masks.setdefault(make.__name__, (make, words))[0]
 
 
-@bad("not binary.* labels 1 .*, 2 .*--label")
+@bad("not binary.* labels 1 .*, 2 .*label=")
 def two_labels(folder, cup):
     return folder.nifti(cup * np.repeat([[[1]], [[2]]], 12, axis=0).astype(np.uint8))
 
 
-@bad("not a mask.*different values.*threshold")
+@bad("gray and not a mask.*different values.*threshold")
 def probabilities(folder, cup):
     return folder.nifti(cup * np.linspace(0.1, 0.9, cup.shape[2]).astype(np.float32))
+
+
+@bad("gray and not a mask.*100 different values from 0 to 198.*threshold")
+def bytes_of_gray(folder, cup):
+    gray = np.indices(cup.shape).sum(0) * 7 % 100 * 2 * cup
+    return folder.nifti(gray.astype(np.uint8))
 
 
 @bad("mask is empty, no voxel")

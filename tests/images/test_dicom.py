@@ -162,7 +162,7 @@ def test_segments_are_labels(heart, write_seg, save):
     with pytest.raises(InputError, match=r"no label 205 .*1 'RV' \(\d+ voxels\)"):
         read_labels(path, "mmwhs")
     unnamed = dict(zip(["one", "two", "three"], named.values(), strict=True))
-    with pytest.raises(InputError, match=r"segments 1 'one', 2 'two'.*read_labels or --labels"):
+    with pytest.raises(InputError, match=r"segments 1 'one', 2 'two'.*label=.*read_labels"):
         read_mask(write_seg(unnamed, affine))
 
 

@@ -171,7 +171,7 @@ def test_labels_unknown_to_the_scheme_are_background_and_told(image, save, acdc)
 @pytest.mark.parametrize(
     ("scheme", "words"),
     [
-        ("mmwhs", r"no label 205 in the image, which holds 1 \(\d+ voxels\), 2 .*--labels"),
+        ("mmwhs", r"no label 205 in the image, which holds 1 \(\d+ voxels\), 2 .*scheme="),
         ("ukbb", r"do not fit the scheme ukbb.*label 2\) encloses .*\(3\) and not .*\(1\)"),
         ("ACDC2", "scheme of labels 'ACDC2' is unknown: give one of acdc, mmwhs, ukbb, mnms"),
         ({"lv_myocardium": 1, "rv_pool": 9}, "no label 9 in the image"),
@@ -259,7 +259,7 @@ def test_sheared_label_map_is_refused_for_that(image, save, tmp_path):
 
 
 def test_mask_without_a_word_about_its_labels_is_pointed_to_them(acdc):
-    with pytest.raises(InputError, match=r"read_labels or --labels"):
+    with pytest.raises(InputError, match=r"what they all are with read_labels"):
         read_mask(acdc)
 
 
