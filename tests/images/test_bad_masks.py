@@ -38,7 +38,7 @@ def probabilities(folder, cup):
     return folder.nifti(cup * np.linspace(0.1, 0.9, cup.shape[2]).astype(np.float32))
 
 
-@bad("gray and not a mask.*100 different values from 0 to 198.*threshold")
+@bad("gray and not a mask.*27 different values from 0 to 192.*threshold")
 def bytes_of_gray(folder, cup):
     gray = np.indices(cup.shape).sum(0) * 7 % 100 * 2 * cup
     return folder.nifti(gray.astype(np.uint8))

@@ -102,7 +102,7 @@ def test_frames_that_there_are_not(frame, cine, write):
 
 
 def test_a_frame_has_to_be_chosen(cine, write):
-    with pytest.raises(InputError, match=r"holds 4 frames; choose one .*ED or ES: .*--frame\.$"):
+    with pytest.raises(InputError, match=r"holds 4 frames; choose one .*ED or ES, as frame=...\.$"):
         read_labels(write(cine[1], cine[0]), "acdc")
 
 

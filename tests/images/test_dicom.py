@@ -249,7 +249,7 @@ def test_a_cine_has_frames_to_choose_from(order, temporal, heart, write_seg):
         for outer, top in ((30, 0), (26, -4), (22, -2))  # fewer slices than the first
     ]
     path = write_cine(write_seg, shapes, order, temporal)
-    with pytest.raises(InputError, match=r"is a cine.* 3 frames; choose .*ED or ES.*--frame"):
+    with pytest.raises(InputError, match=r"is a cine.* 3 frames; choose .*ED or ES.*as frame="):
         read_mask(path)
     for number, shape in enumerate(shapes, start=1):
         assert read_mask(path, frame=number).voxels.sum() == shape.sum()
