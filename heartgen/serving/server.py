@@ -41,6 +41,9 @@ WIDGET_MESSAGES = [
 
 NEEDED = ("jupyter_server", "voila", "jupyter_server_proxy", "ipywidgets", "anywidget", "pyvista")
 
+GUARD = "heartgen.serving.guard"
+"""Module that says what may be asked of the server, and proxies 3-D views."""
+
 POLICY = (
     "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob: ws: wss:; frame-ancestors 'self'"
 )
@@ -107,11 +110,7 @@ def serve(place: Address) -> None:
         )
     from jupyter_server.serverapp import ServerApp
 
-    from heartgen.serving.guard import close_proxy
-
     limit_memory()
-    close_proxy()
-
     with served_folder() as folder:
         os.environ.update(environment(place, folder))
         try:
@@ -186,9 +185,16 @@ def arguments(place: Address, folder: Path) -> list[str]:
     token = place.token if place.token is not None else "" if local else secrets.token_urlsafe(24)
     extensions = {
         "voila.server_extension": True,
-        "jupyter_server_proxy": True,
+        GUARD: True,
         **dict.fromkeys(
-            ("jupyterlab", "notebook_shim", "jupyter_lsp", "jupyter_server_terminals"), False
+            (
+                "jupyterlab",
+                "notebook_shim",
+                "jupyter_lsp",
+                "jupyter_server_proxy",
+                "jupyter_server_terminals",
+            ),
+            False,
         ),
     }
     options: dict[str, Any] = {
@@ -198,7 +204,7 @@ def arguments(place: Address, folder: Path) -> list[str]:
         "ServerApp.default_url": f"/voila/render/{NOTEBOOK}",
         "ServerApp.open_browser": place.browser,
         "ServerApp.jpserver_extensions": extensions,
-        "ServerApp.authorizer_class": "heartgen.serving.guard.OnlyThePage",
+        "ServerApp.authorizer_class": f"{GUARD}.OnlyThePage",
         "ServerApp.tornado_settings": {
             "websocket_max_message_size": MESSAGE_BYTES,
             "headers": {"Content-Security-Policy": POLICY},

@@ -22,7 +22,8 @@ from heartgen.widgets.panels.slices import SlicesPanel
 from heartgen.widgets.panels.source import SourcePanel
 from heartgen.widgets.panels.view import ViewPanel
 from heartgen.widgets.parts import SETTLING, button, classed, style, text
-from heartgen.widgets.session import Session, post_on_loop
+from heartgen.widgets.runs import post_on_loop
+from heartgen.widgets.session import Session
 from heartgen.widgets.transfer import Pulse
 
 FIRST = "lifelike"

@@ -13,8 +13,8 @@ from heartgen.widgets.input_case import InputCase
 from heartgen.widgets.panels.assess import Tradeoff, link_tradeoff
 from heartgen.widgets.panels.view import ViewPanel
 from heartgen.widgets.parts import classed, style, text
-from heartgen.widgets.runs import Outcome
-from heartgen.widgets.session import Session, post_on_loop
+from heartgen.widgets.runs import Outcome, post_on_loop
+from heartgen.widgets.session import Session
 
 if TYPE_CHECKING:
     from heartgen.result import Personalization

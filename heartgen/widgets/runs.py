@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import threading
 import time
 from collections.abc import Callable
@@ -208,3 +209,11 @@ class Run(HasTraits):
         self.left = 0.0
         self.outcomes = outcomes
         self.phase = "done"
+
+
+def post_on_loop() -> Post | None:
+    """Where the state may be changed: on the kernel's loop, if there is one."""
+    try:
+        return asyncio.get_running_loop().call_soon_threadsafe
+    except RuntimeError:
+        return None

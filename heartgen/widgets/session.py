@@ -6,7 +6,6 @@ the state lives.
 
 from __future__ import annotations
 
-import asyncio
 import shutil
 import tempfile
 import threading
@@ -26,7 +25,7 @@ from heartgen.widgets.input_case import BINARY, InputCase, analyze_case, load_fi
 from heartgen.widgets.memory import release_memory
 from heartgen.widgets.run_options import RunOptions
 from heartgen.widgets.runs import Outcome, Post, Run
-from heartgen.widgets.steps import StepState
+from heartgen.widgets.steps import step_states
 
 if TYPE_CHECKING:
     from heartgen.anatomy import Anatomy
@@ -333,83 +332,12 @@ class Session(HasTraits):
 
     def _judge_steps(self) -> None:
         """Say how every step stands, and why."""
-        self.states = {
-            "input": self._input_state(),
-            "choices": self._choices_state(),
-            "run": self._run_state(),
-            "view": self._view_state(),
-            "assess": self._assess_state(),
-            "export": self._export_state(),
-        }
-
-    def _input_state(self) -> StepState:
-        if self.reading:
-            return StepState("running", self.reading)
-        if self.complaint:
-            return StepState("failed", self.complaint)
-        if self.case is None:
-            return StepState("ready", "choose a sample or upload a mask")
-        return StepState("done", f"{self.case.name} is loaded")
-
-    def _choices_state(self) -> StepState:
-        if self.case is None:
-            return StepState("blocked", "there is no mask yet")
-        try:
-            self.choices.options()
-        except HeartgenError as error:
-            return StepState("failed", str(error))
-        return StepState("done", "ready to run")
-
-    def _run_state(self) -> StepState:
-        if self.case is None:
-            return StepState("blocked", "there is no mask yet")
-        last = self.runs[-1] if self.runs else None
-        if self.active_run is not None:
-            return StepState("running", f"run {self.active_run.title} goes on")
-        if self._choices_state().phase == "failed":
-            return StepState("blocked", "the choices contradict each other")
-        if last is not None and last.phase == "failed" and last.case is self.case:
-            return StepState("failed", last.error)
-        if last is not None and last.phase == "done" and last.case is self.case:
-            return StepState("done", f"run {last.title} is done")
-        return StepState("ready", "press Run")
-
-    def _view_state(self) -> StepState:
-        if self.shown is not None:
-            return StepState("done", f"shows {self.shown.title}")
-        if self.anatomy is not None:
-            return StepState("ready", "shows the mask; run to see the mesh")
-        return StepState("blocked", "there is no mask yet")
-
-    def _assess_state(self) -> StepState:
-        if self.shown is None:
-            return StepState("blocked", "there is no mesh yet")
-        from heartgen.viewing.card import verdict
-
-        judged = verdict(self.shown.result.report)
-        return StepState("failed" if judged.level == "bad" else "done", judged.text)
-
-    def _export_state(self) -> StepState:
-        if self.shown is None:
-            return StepState("blocked", "there is no mesh yet")
-        if not self.shown.result.report.quality.valid:
-            return StepState("blocked", "the mesh is not valid, so it is not handed out")
-        if self.taken:
-            return StepState("done", f"{self.taken} was downloaded")
-        return StepState("ready", "choose formats and download")
+        self.states = step_states(self)
 
 
 def _measured(case: InputCase, options: Options) -> tuple[Any, ...]:
     """What the anatomy of a case depends on."""
     return (case, *(getattr(options, name) for name in ANALYZED))
-
-
-def post_on_loop() -> Post | None:
-    """Where the state may be changed: on the kernel's loop, if there is one."""
-    try:
-        return asyncio.get_running_loop().call_soon_threadsafe
-    except RuntimeError:
-        return None
 
 
 def siblings(session: Session, outcome: Outcome) -> list[Outcome]:

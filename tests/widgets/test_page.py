@@ -99,6 +99,15 @@ def test_names_of_files_cannot_break_the_page(page, tmp_path):
     assert not any("<script" in value for value in shown)  # ... and does nothing
 
 
+def test_a_frame_is_asked_for_of_files_alone(page, tmp_path):
+    panel = page.page.source
+    assert panel.frame.layout.display == "none"
+    panel._arrived(tmp_path / "cine.nii")
+    assert panel.frame.layout.display == ""
+    panel.sample.value = "lifelike"
+    assert panel.frame.layout.display == "none"
+
+
 def test_every_sample_is_offered():
     assert {name for _, name in sample_choices()} == set(names())
 

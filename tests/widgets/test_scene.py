@@ -11,7 +11,6 @@ pytest.importorskip("pyvista")
 from heartgen.viewing.stages import STAGES
 from heartgen.widgets.colors import COLORINGS, nice_limit
 from heartgen.widgets.mesh_scene import (
-    CUTS,
     LINES,
     MASK_VIEWS,
     SceneView,
@@ -19,6 +18,7 @@ from heartgen.widgets.mesh_scene import (
     mesh_scene,
 )
 from heartgen.widgets.panels import view
+from heartgen.widgets.scene_cuts import CUTS
 
 VIEW = SceneView()
 

@@ -13,8 +13,9 @@ pytest.importorskip("ipywidgets")
 from heartgen import samples
 from heartgen.anatomy import Anatomy, analyze
 from heartgen.images import Mask
-from heartgen.widgets.mesh_scene import GIVEN, WHOLE_OPACITY, mask_scene
+from heartgen.widgets.mesh_scene import WHOLE_OPACITY, mask_scene
 from heartgen.widgets.panels.view import ViewPanel
+from heartgen.widgets.scene_lines import GIVEN
 from heartgen.widgets.session import Session
 
 SPACING = (1.5, 1.5, 8.0)

@@ -66,6 +66,7 @@ class SourcePanel:
             widgets.Text("", placeholder="ED", continuous_update=False, layout={}),
             "Of a cine: number of the frame from 1, or ED or ES by the volume of the cavity",
         )
+        self.frame.layout.display = "none"
         for control in (self.sample, self.scheme, self.roles, self.frame):
             classed(control, "hg-above")
         self.upload = Upload(session.folder, MAX_UPLOAD, self._arrived, self._refused, self._shown)
@@ -99,11 +100,13 @@ class SourcePanel:
     def _chosen(self, change: Any) -> None:
         if change["new"]:
             self._uploaded = None
+            self.frame.layout.display = "none"
             self.session.load_sample(change["new"])
 
     def _arrived(self, path: Path) -> None:
         """A file is there."""
         self._uploaded = path
+        self.frame.layout.display = ""
         self.sample.value = ""
         self._read()
 
