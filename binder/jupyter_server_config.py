@@ -1,4 +1,4 @@
-"""Settings of Jupyter's server for the dashboard, of which Binder runs one for each visitor."""
+"""Settings of Jupyter's server for the apps, of which Binder runs one for each visitor."""
 
 c = get_config()  # noqa: F821
 
@@ -9,7 +9,3 @@ c.ZMQChannelsWebsocketConnection.iopub_data_rate_limit = 1e9
 # A kernel without a page is ended after ten minutes, and what was uploaded to it removed.
 c.MappingKernelManager.cull_idle_timeout = 600
 c.MappingKernelManager.cull_interval = 60
-
-c.VoilaConfiguration.strip_sources = True
-c.VoilaConfiguration.show_tracebacks = False
-c.VoilaConfiguration.theme = "light"

@@ -23,7 +23,6 @@ from heartgen.cli.parameters import (
     Label,
     Labels,
     MaskPath,
-    NoBrowser,
     RvWall,
 )
 from heartgen.options import ANALYZED, OPTIONS, as_text, options_from_text
@@ -89,39 +88,6 @@ def options(
         typer.echo(options_markdown(), nl=False)
     else:
         _show_options()
-
-
-@app.command(cls=Command)
-def dashboard(
-    host: Annotated[
-        str, typer.Option(metavar="HOST", help="Address to serve on; 0.0.0.0 for all.")
-    ] = "localhost",
-    port: Annotated[
-        int | None,
-        typer.Option(
-            metavar="PORT", min=1, max=65535, show_default=False, help="8888 or the next free one."
-        ),
-    ] = None,
-    token: Annotated[
-        str | None,
-        typer.Option(
-            metavar="WORD",
-            show_default=False,
-            help="Word that visitors have to know; made up if others can reach the page.",
-        ),
-    ] = None,
-    base_url: Annotated[
-        str, typer.Option(metavar="PATH", help="Where the page is, behind a proxy: /x/.")
-    ] = "/",
-    no_browser: NoBrowser = False,
-    debug: Debug = False,
-) -> None:
-    """Serve the dashboard: mask in, mesh out, in a browser."""
-    with errors_reported(debug):
-        from heartgen.serving.server import Address, serve
-
-        base = f"/{base_url.strip('/')}/".replace("//", "/")
-        serve(Address(host, port, token, base, browser=not no_browser))
 
 
 def _show_options() -> None:

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from heartgen.cli.commands import app
 from heartgen.cli.outcome import errors, errors_reported
 from heartgen.cli.parameters import Command, Debug, NoBrowser
+from heartgen.cli.serving import app
 from heartgen.errors import InputError, needing
 from heartgen.options import option_from_text
 

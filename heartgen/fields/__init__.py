@@ -5,7 +5,7 @@ from heartgen.fields.catalog import FIELDS, make_fields
 from heartgen.fields.fibers import FiberRule, fiber_frames, rule_from_text
 from heartgen.fields.indices import Indices, clinical_indices
 from heartgen.fields.segments import SEGMENTS, aha_segment
-from heartgen.fields.strains import Strains, global_strains
+from heartgen.fields.strains import Strains, global_strains, segment_strains
 from heartgen.renamed import keep_former_names
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "heart_axes",
     "make_fields",
     "rule_from_text",
+    "segment_strains",
 ]
 
 keep_former_names(__name__)

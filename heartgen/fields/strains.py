@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import MeshError
+from heartgen.fields.axes import heart_axes
 from heartgen.fields.frames import frames_at
+from heartgen.fields.segments import SEGMENTS, aha_segment
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.jacobian import determinants
 from heartgen.mesh.quadrature import gauss_cube
@@ -89,14 +92,71 @@ def global_strains(before: HexMesh, after: HexMesh) -> Strains:
     (True, 1.0)
     """
     wall, both = _wall(before, after)
+    stretch, volume = _stretch(before, after)
+    share = np.where(both[:, None], volume, 0)
+    return _mean(stretch, share, float(volume[wall].sum()))
+
+
+def segment_strains(
+    before: HexMesh, after: HexMesh, septal_direction: Sequence[float] | None = None
+) -> dict[int, Strains]:
+    """Strains of each AHA segment, as `global_strains` has them of the whole wall.
+
+    Parameters
+    ----------
+    before, after : HexMesh
+        As of `global_strains`; segments are those of the first.
+    septal_direction : (3,) float, optional
+        Direction from the left ventricle to the septum, see `heart_axes`.
+
+    Returns
+    -------
+    dict of int to Strains
+        Segments of which the meshes have no wall that corresponds are absent.
+
+    Raises
+    ------
+    MeshError
+        If their elements do not correspond.
+
+    Examples
+    --------
+    >>> import heartgen
+    >>> import numpy as np
+    >>> mask = heartgen.samples.ideal_cup(4.0).mask
+    >>> mesh = heartgen.personalize(mask, optimize=False).mesh
+    >>> from heartgen.fields import segment_strains
+    >>> strains = segment_strains(mesh, mesh.transformed(np.diag([0.9, 0.9, 0.9, 1.0])))
+    >>> len(strains), round(strains[7].circumferential, 3)
+    (17, -0.1)
+    """
+    wall, both = _wall(before, after)
+    stretch, volume = _stretch(before, after)
+    xi, _ = gauss_cube((GAUSS,) * 3)
+    points = before.evaluate(xi)
+    axes = heart_axes(before, septal_direction)
+    segment = aha_segment(points.reshape(-1, 3), axes).reshape(volume.shape)
+    found = {}
+    for number in SEGMENTS:
+        own = np.where(segment == number, volume, 0)
+        share = np.where(both[:, None], own, 0)
+        if share.any():
+            found[number] = _mean(stretch, share, float(own[wall].sum()))
+    return found
+
+
+def _stretch(before: HexMesh, after: HexMesh) -> tuple[Array, Array]:
+    """Stretches along the directions of the wall (e, q, 3), and volumes (e, q) before, mm^3."""
     xi, weights = gauss_cube((GAUSS,) * 3)
     gradient = after.gradient(xi) @ np.linalg.inv(before.gradient(xi))
     stretch = np.linalg.norm(gradient @ frames_at(before, xi), axis=-2)
-    volume = np.abs(determinants(before, xi)) * weights
-    share = np.where(both[:, None], volume, 0)
+    return stretch, np.abs(determinants(before, xi)) * weights
+
+
+def _mean(stretch: Array, share: Array, whole: float) -> Strains:
+    """Mean over the volumes (e, q) of a share, of a wall that has a volume in all, mm^3."""
     around, along, across = np.einsum("eqd,eq->d", stretch, share) / share.sum() - 1
-    of_wall = float(share.sum() / volume[wall].sum())
-    return Strains(float(along), float(around), float(across), of_wall)
+    return Strains(float(along), float(around), float(across), float(share.sum() / whole))
 
 
 def _wall(one: HexMesh, other: HexMesh) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

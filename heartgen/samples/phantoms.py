@@ -117,7 +117,7 @@ def ideal_cup(
         base_height=base_height,
     )
     text = "Truncated ellipsoidal shell with a flat base."
-    return make_sample(shape, partial(_wall, shape), spacing, "ideal cup", text, **placement)
+    return make_sample(shape, partial(in_wall, shape), spacing, "ideal cup", text, **placement)
 
 
 def lifelike_lv(
@@ -166,7 +166,7 @@ def lifelike_lv(
     shape = replace(LIFELIKE, base_waves=VALVES) if valves else LIFELIKE
 
     def inside(points: Array) -> NDArray[np.bool_]:
-        tissue = _wall(shape, points)
+        tissue = in_wall(shape, points)
         if papillary:
             tissue |= _papillary(shape, points)
         if trabeculae:
@@ -185,8 +185,20 @@ def lifelike_lv(
     return make_sample(shape, inside, spacing, "lifelike left ventricle", text, **placement)
 
 
-def _wall(shape: LvShape, points: Array) -> NDArray[np.bool_]:
-    """Which points (n, 3), mm, heart frame, lie in the smooth wall, (n,)."""
+def in_wall(shape: LvShape, points: Array) -> NDArray[np.bool_]:
+    """Which points lie in the smooth wall.
+
+    Parameters
+    ----------
+    shape : LvShape
+        The ventricle.
+    points : (n, 3) float64
+        mm, heart frame.
+
+    Returns
+    -------
+    (n,) bool
+    """
     straight = straighten(shape, points)
     outside_cavity = depth(shape.endo, straight)[0] <= 0
     return np.asarray(

@@ -1,4 +1,4 @@
-"""`heartgen dashboard`: Jupyter's server with Voila on one port, showing the page and no more."""
+"""`heartgen dashboard`, `heartgen apps`: Jupyter's server with Voila on one port, and no more."""
 
 from __future__ import annotations
 
@@ -24,7 +24,11 @@ from heartgen.serving.limits import (
     limit_memory,
 )
 
-NOTEBOOK = "dashboard.ipynb"
+DASHBOARD, INDEX = "dashboard", "index"
+"""Names of the notebooks that are opened: one app alone, and the page that leads to all."""
+
+SETTINGS = "voila.json"
+"""Voila's configuration, beside the notebooks."""
 
 LOCAL = ("localhost", "127.0.0.1", "::1")
 """Hosts that only this machine reaches."""
@@ -50,23 +54,13 @@ POLICY = (
 """The page loads nothing from elsewhere: no one else learns of a visitor. (Scripts of widgets are
 blobs; Voila's page would ask a network for fonts.)"""
 
-VOILA = {
-    "VoilaConfiguration": {
-        "strip_sources": True,
-        "show_tracebacks": False,
-        "theme": "light",
-        "file_allowlist": [],
-    }
-}
-
-
 KERNEL = {"HistoryManager": {"enabled": False}, "IPKernelApp": {"log_level": 40}}
 """Kernels keep no history, and tell errors only."""
 
 
 @dataclass(frozen=True)
 class Address:
-    """Where the dashboard is served.
+    """Where the apps are served.
 
     Attributes
     ----------
@@ -80,6 +74,8 @@ class Address:
         Begins and ends in a slash.
     browser : bool
         Open the page.
+    page : {"dashboard", "index"}
+        The dashboard alone, or the page that leads to all apps.
     """
 
     host: str = "localhost"
@@ -87,10 +83,11 @@ class Address:
     token: str | None = None
     base_url: str = "/"
     browser: bool = True
+    page: str = DASHBOARD
 
 
 def serve(place: Address) -> None:
-    """Serve the dashboard until it is interrupted.
+    """Serve the apps until they are interrupted.
 
     Parameters
     ----------
@@ -105,34 +102,42 @@ def serve(place: Address) -> None:
     missing = [name for name in NEEDED if find_spec(name) is None]
     if missing:
         raise HeartgenError(
-            f"the dashboard needs the packages {', '.join(missing)}, which are not installed: "
+            f"the apps need the packages {', '.join(missing)}, which are not installed: "
             "pip install 'heartgen[apps]'"
         )
     from jupyter_server.serverapp import ServerApp
 
     limit_memory()
-    with served_folder() as folder:
+    with served_folder(place.page) as folder:
         os.environ.update(environment(place, folder))
         try:
             ServerApp.launch_instance(argv=arguments(place, folder))
         except SystemExit as ended:
             if ended.code:
                 raise HeartgenError(
-                    f"the dashboard could not be served on {place.host}, port {place.port}: "
+                    f"the apps could not be served on {place.host}, port {place.port}: "
                     "choose another port with --port"
                 ) from None
 
 
 @contextmanager
-def served_folder() -> Iterator[Path]:
-    """Lend a folder that holds the page and what configures it; it is removed afterwards."""
-    folder = Path(tempfile.mkdtemp(prefix="heartgen-dashboard-"))
+def served_folder(page: str = DASHBOARD) -> Iterator[Path]:
+    """Lend a folder that holds the page and what configures it; it is removed afterwards.
+
+    Parameters
+    ----------
+    page : {"dashboard", "index"}
+        The notebook that is served; all of them with the index.
+    """
+    folder = Path(tempfile.mkdtemp(prefix="heartgen-apps-"))
     try:
         (folder / "served").mkdir()
         (folder / "visitors").mkdir()
         (folder / "config").mkdir()
-        shutil.copy(notebook(), folder / "served" / NOTEBOOK)
-        (folder / "config" / "voila.json").write_text(json.dumps(VOILA), encoding="utf-8")
+        home = notebooks()
+        for notebook in home.glob("*.ipynb" if page == INDEX else f"{page}.ipynb"):
+            shutil.copy(notebook, folder / "served")
+        shutil.copy(home / SETTINGS, folder / "config")
         profile = folder / "ipython" / "profile_default"
         profile.mkdir(parents=True)
         (profile / "ipython_kernel_config.json").write_text(json.dumps(KERNEL), encoding="utf-8")
@@ -141,13 +146,13 @@ def served_folder() -> Iterator[Path]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def notebook() -> Path:
-    """The notebook of the page: in the installed package, or in the checkout beside it."""
+def notebooks() -> Path:
+    """Folder of the apps' notebooks: in the installed package, or in the checkout beside it."""
     here = Path(__file__).resolve()
-    for path in (here.parent / NOTEBOOK, here.parents[2] / "notebooks" / NOTEBOOK):
-        if path.is_file():
+    for path in (here.parent / "apps", here.parents[2] / "apps"):
+        if (path / SETTINGS).is_file():
             return path
-    raise HeartgenError(f"{NOTEBOOK} is missing from the installation: install heartgen again")
+    raise HeartgenError("the apps are missing from the installation: install heartgen again")
 
 
 def environment(place: Address, folder: Path) -> dict[str, str]:
@@ -156,7 +161,7 @@ def environment(place: Address, folder: Path) -> dict[str, str]:
     Parameters
     ----------
     place : Address
-        Where the dashboard is served.
+        Where the apps are served.
     folder : Path
         With the server's settings.
     """
@@ -177,7 +182,7 @@ def arguments(place: Address, folder: Path) -> list[str]:
     Parameters
     ----------
     place : Address
-        Where the dashboard is served.
+        Where the apps are served.
     folder : Path
         With the server's settings.
     """
@@ -201,7 +206,7 @@ def arguments(place: Address, folder: Path) -> list[str]:
         "ServerApp.ip": place.host,
         "ServerApp.base_url": place.base_url,
         "ServerApp.root_dir": str(folder / "served"),
-        "ServerApp.default_url": f"/voila/render/{NOTEBOOK}",
+        "ServerApp.default_url": f"/voila/render/{place.page}.ipynb",
         "ServerApp.open_browser": place.browser,
         "ServerApp.jpserver_extensions": extensions,
         "ServerApp.authorizer_class": f"{GUARD}.OnlyThePage",
@@ -222,5 +227,6 @@ def arguments(place: Address, folder: Path) -> list[str]:
         options |= {"ServerApp.port": place.port, "ServerApp.port_retries": 0}
     address = f"http://{place.host}:{place.port or 8888}{place.base_url}"
     query = f"?token={token}" if token else ""
-    print(f"heartgen dashboard: {address}{query}   (Ctrl-C ends it)", file=sys.stderr)
+    called = "dashboard" if place.page == DASHBOARD else "apps"
+    print(f"heartgen {called}: {address}{query}   (Ctrl-C ends it)", file=sys.stderr)
     return [f"--{name}={value}" for name, value in options.items()] + ["-y"]

@@ -12,6 +12,7 @@ from heartgen.errors import needing
 from heartgen.renamed import keep_former_names
 
 if TYPE_CHECKING:
+    from heartgen.viewing.bullseye import Bullseye, bullseyes, draw_bullseye
     from heartgen.viewing.fiber_glyphs import plot_fibers
     from heartgen.viewing.fields import plot_field
     from heartgen.viewing.figures import draw_histograms, draw_tradeoff
@@ -24,7 +25,10 @@ if TYPE_CHECKING:
     from heartgen.viewing.stages import draw_mesh, draw_stages
 
 __all__ = [
+    "Bullseye",
+    "bullseyes",
     "compare_html",
+    "draw_bullseye",
     "draw_histograms",
     "draw_mesh",
     "draw_slices",
@@ -40,6 +44,9 @@ __all__ = [
 ]
 
 _HOMES = {
+    "Bullseye": "heartgen.viewing.bullseye",
+    "bullseyes": "heartgen.viewing.bullseye",
+    "draw_bullseye": "heartgen.viewing.bullseye",
     "compare_html": "heartgen.viewing.motion",
     "draw_histograms": "heartgen.viewing.figures",
     "draw_mesh": "heartgen.viewing.stages",

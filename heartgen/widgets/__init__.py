@@ -1,4 +1,4 @@
-"""What the apps are made of: the dashboard, and pieces of it for the cells of a notebook.
+"""What the apps are made of: each in one function, and pieces for the cells of a notebook.
 
 State lives in a model that knows no widget (`Session` and its parts); the panels draw it; the same
 page serves Voila, JupyterLab and a notebook cell.
@@ -14,15 +14,21 @@ from heartgen.renamed import keep_former_names
 
 if TYPE_CHECKING:
     from heartgen.widgets.dashboard_page import dashboard
+    from heartgen.widgets.index_page import index
     from heartgen.widgets.notebook_cells import compare, view
     from heartgen.widgets.session import Session
+    from heartgen.widgets.states_page import states
+    from heartgen.widgets.tradeoff_page import tradeoff
 
-__all__ = ["Session", "compare", "dashboard", "view"]
+__all__ = ["Session", "compare", "dashboard", "index", "states", "tradeoff", "view"]
 
 _HOMES = {
     "Session": "heartgen.widgets.session",
     "compare": "heartgen.widgets.notebook_cells",
     "dashboard": "heartgen.widgets.dashboard_page",
+    "index": "heartgen.widgets.index_page",
+    "states": "heartgen.widgets.states_page",
+    "tradeoff": "heartgen.widgets.tradeoff_page",
     "view": "heartgen.widgets.notebook_cells",
 }
 

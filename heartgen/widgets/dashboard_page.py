@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import asyncio
 import atexit
-from contextlib import suppress
 from functools import partial
 from typing import Any
 
 import ipywidgets as widgets
 
-from heartgen import GLOSSARY, __version__
 from heartgen.errors import InputError
-from heartgen.widgets.hints import hints
+from heartgen.widgets.frame import framed, two_sided
 from heartgen.widgets.input_case import sample_choices
 from heartgen.widgets.panels.assess import AssessPanel
 from heartgen.widgets.panels.export import ExportPanel
@@ -21,23 +18,14 @@ from heartgen.widgets.panels.running import RunPanel
 from heartgen.widgets.panels.slices import SlicesPanel
 from heartgen.widgets.panels.source import SourcePanel
 from heartgen.widgets.panels.view import ViewPanel
-from heartgen.widgets.parts import SETTLING, button, classed, style, text
+from heartgen.widgets.parts import button, classed
 from heartgen.widgets.runs import post_on_loop
 from heartgen.widgets.session import Session
-from heartgen.widgets.transfer import Pulse
 
 FIRST = "lifelike"
 """Sample that is loaded when the page opens."""
 
-HEADER = (
-    "<h1>heartgen</h1><p>From a segmentation of the heart to a personalized cubic Hermite mesh</p>"
-)
-
-FOOTER = (
-    f"Research use, not for diagnosis · heartgen {__version__} · method of Lamata et al. (2014) · "
-    "what you upload stays in your own session and is removed when it ends · "
-    f'<a href="{GLOSSARY}" target="_blank" rel="noopener">words and units</a>'
-)
+ABOUT = "From a segmentation of the heart to a personalized cubic Hermite mesh"
 
 
 def dashboard(sample: str | None = FIRST) -> widgets.Widget:
@@ -102,27 +90,7 @@ class Page:
             classed(widgets.HBox(list(self.tabs.values())), "hg-tabs"),
             *(panel.widget for panel in self.panels.values()),
         ]
-        self.widget = classed(
-            widgets.VBox(
-                [
-                    style(),
-                    text(HEADER, "hg-header"),
-                    classed(
-                        widgets.HBox(
-                            [
-                                classed(widgets.VBox(side), "hg-side"),
-                                classed(widgets.VBox(middle), "hg-main"),
-                            ]
-                        ),
-                        "hg-body",
-                    ),
-                    Pulse(),
-                    hints(),
-                    text(FOOTER, "hg-footer"),
-                ]
-            ),
-            "hg-app",
-        )
+        self.widget = framed([two_sided(side, middle)], ABOUT)
         session.observe(self._mark, "states")
         session.observe(self._start_view, ["anatomy"])
         session.observe(self._follow, ["shown"])
@@ -144,22 +112,8 @@ class Page:
             (tab.add_class if name == key else tab.remove_class)("hg-open")
         if key == "view" and not self._looked:
             self._looked = True
-            self._place_camera()
-
-    def _place_camera(self) -> None:
-        """Place the camera when the view is first opened: while hidden, the browser misplaces it.
-
-        Once more when the browser has had time to give the view its size.
-        """
-        self._reset_view()
-        with suppress(RuntimeError):  # no loop: nobody is looking
-            asyncio.get_running_loop().call_later(SETTLING, self._reset_view)
-
-    def _reset_view(self) -> None:
-        """Look from the usual place, if there is a view already."""
-        view = self.panels["view"].view
-        if view is not None:
-            view.reset()
+            # While a view is hidden, the browser misplaces its camera.
+            self.panels["view"].place.settle()
 
     def _mark(self, _: Any) -> None:
         """Show on the tabs how their steps stand."""

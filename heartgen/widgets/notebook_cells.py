@@ -10,11 +10,12 @@ import ipywidgets as widgets
 
 from heartgen.errors import InputError
 from heartgen.widgets.input_case import InputCase
-from heartgen.widgets.panels.assess import Tradeoff, link_tradeoff
+from heartgen.widgets.panels.assess import link_tradeoff
 from heartgen.widgets.panels.view import ViewPanel
 from heartgen.widgets.parts import classed, style, text
 from heartgen.widgets.runs import Outcome, post_on_loop
 from heartgen.widgets.session import Session
+from heartgen.widgets.tradeoff_plot import Tradeoff
 
 if TYPE_CHECKING:
     from heartgen.result import Personalization

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import io
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -75,6 +76,57 @@ def text(value: str = "", classes: str = "") -> widgets.HTML:
 def style() -> widgets.HTML:
     """What gives the page its look; once on every page."""
     return text(f"<style>{STYLE.read_text(encoding='utf-8')}</style>", "hg-style")
+
+
+def card(title: str, *parts: Any) -> widgets.VBox:
+    """A card of an app: what belongs together, under a title.
+
+    Parameters
+    ----------
+    title : str
+        Above the parts.
+    *parts : ipywidgets.Widget
+        From above to below.
+    """
+    heading = text(f"<h2>{html.escape(title)}</h2>", "hg-title")
+    return classed(widgets.VBox([heading, *parts]), "hg-card")
+
+
+def status(doing: str, complaint: str, otherwise: str = "") -> str:
+    """A line that says how an app stands.
+
+    Parameters
+    ----------
+    doing : str
+        What is being done; empty when nothing is.
+    complaint : str
+        Why the last piece of work failed; empty if it did not.
+    otherwise : str
+        What is said when there is neither.
+    """
+    told = ""
+    if complaint:
+        told += f'<p class="hg-complaint" role="alert">{html.escape(complaint)}</p>'
+    if doing:
+        told += f'<p class="hg-doing" role="status">{html.escape(doing)} …</p>'
+    elif otherwise and not complaint:
+        told += f'<p class="hg-note" role="status">{html.escape(otherwise)}</p>'
+    return told
+
+
+def picture(figure: Any, dpi: int) -> bytes:
+    """A figure as PNG.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        Drawn.
+    dpi : int
+        Dots per inch.
+    """
+    made = io.BytesIO()
+    figure.savefig(made, dpi=dpi)
+    return made.getvalue()
 
 
 def classed(widget: Any, classes: str) -> Any:

@@ -49,7 +49,8 @@ def server(repository: Path, tmp_path_factory: pytest.TempPathFactory):
     """Process and address of a server with exactly the settings of binder/."""
     folder = tmp_path_factory.mktemp("server")
     (folder / "config").mkdir()
-    shutil.copy(repository / "binder" / "jupyter_server_config.py", folder / "config")
+    for name in ("binder/jupyter_server_config.py", "apps/voila.json"):
+        shutil.copy(repository / name, folder / "config")
     port = free_port()
     environment = {
         **os.environ,
@@ -66,7 +67,7 @@ def server(repository: Path, tmp_path_factory: pytest.TempPathFactory):
         server = subprocess.Popen(command, env=environment, stdout=log, stderr=log)
         try:
             wait_for(f"http://127.0.0.1:{port}{PREFIX}api", server)
-            yield server, f"http://127.0.0.1:{port}{PREFIX}voila/render/notebooks/dashboard.ipynb"
+            yield server, f"http://127.0.0.1:{port}{PREFIX}voila/render/apps/dashboard.ipynb"
         finally:
             server.terminate()
             server.wait(30)

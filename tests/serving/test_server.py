@@ -16,7 +16,7 @@ import pytest
 pytest.importorskip("voila")
 pytest.importorskip("jupyter_server_proxy")
 
-from heartgen.serving.server import Address, arguments, environment, notebook, served_folder
+from heartgen.serving.server import INDEX, Address, arguments, environment, notebooks, served_folder
 
 PORT = 18_913
 WORD = "open-sesame"
@@ -111,8 +111,15 @@ def test_proxy_of_the_view_follows_the_base_url(tmp_path):
 
 def test_only_the_notebook_is_served_and_it_goes_away():
     with served_folder() as folder:
-        assert [path.name for path in (folder / "served").iterdir()] == [notebook().name]
+        assert [path.name for path in (folder / "served").iterdir()] == ["dashboard.ipynb"]
     assert not folder.exists()
+
+
+def test_all_apps_are_served_with_the_index():
+    with served_folder(INDEX) as folder:
+        served = {path.name for path in (folder / "served").iterdir()}
+    assert served == {path.name for path in notebooks().glob("*.ipynb")}
+    assert {"index.ipynb", "dashboard.ipynb", "tradeoff.ipynb", "states.ipynb"} == served
 
 
 def test_no_process_of_the_server_takes_all_memory(server):

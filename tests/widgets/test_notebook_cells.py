@@ -27,7 +27,7 @@ def test_a_click_on_a_level_shows_its_mesh(finished):
     high = replace(low, options=replace(low.options, lod=2))
     widget = compare([low, high])
     plot = widget.children[1].children[0]
-    assert [point["lod"] for point in plot.points] == [1, 2]
+    assert [point["id"] for point in plot.points] == [1, 2]
     assert plot.selected == 1
     plot.selected = 2
     assert widget.session.shown.result is high

@@ -16,14 +16,17 @@ from heartgen.widgets import dashboard
 from heartgen.widgets.hints import hints
 from heartgen.widgets.input_case import sample_choices
 from heartgen.widgets.panels import source
-from heartgen.widgets.panels.assess import THRESHOLD
+from heartgen.widgets.tradeoff_plot import THRESHOLD
 from heartgen.widgets.transfer import PIECE, Pulse, Upload, safe_name
 
 NOTEBOOKS = [
-    "01_from_mask_to_mesh.ipynb",
-    "02_accuracy_and_quality.ipynb",
-    "03_fields_and_files.ipynb",
-    "dashboard.ipynb",
+    "apps/dashboard.ipynb",
+    "apps/index.ipynb",
+    "apps/states.ipynb",
+    "apps/tradeoff.ipynb",
+    "notebooks/01_from_mask_to_mesh.ipynb",
+    "notebooks/02_accuracy_and_quality.ipynb",
+    "notebooks/03_fields_and_files.ipynb",
 ]
 
 
@@ -60,7 +63,7 @@ def test_panels_draw_a_whole_run(page):
     judge, take = page.page.panels["assess"], page.page.panels["export"]
     assert "success" in judge.card.value
     assert bytes(judge.figure.value).startswith(b"\x89PNG")
-    assert [p["lod"] for p in judge.tradeoff.points] == [1]
+    assert [p["id"] for p in judge.tradeoff.points] == [1]
     assert not take.download.disabled
     assert "heartgen.personalize(mask, lod=1)" in take.code.value
     assert page.page.panels["view"].widget.layout.display == ""
@@ -122,7 +125,7 @@ def test_threshold_is_that_of_the_assessment():
 
 @pytest.mark.parametrize("name", NOTEBOOKS)
 def test_notebooks_are_thin_and_hold_no_outputs(repository: Path, name: str):
-    notebook = json.loads((repository / "notebooks" / name).read_text(encoding="utf-8"))
+    notebook = json.loads((repository / name).read_text(encoding="utf-8"))
     cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
     assert all(cell["outputs"] == [] and cell["execution_count"] is None for cell in cells)
     code = "".join(line for cell in cells for line in cell["source"])
@@ -131,7 +134,8 @@ def test_notebooks_are_thin_and_hold_no_outputs(repository: Path, name: str):
 
 
 def test_every_notebook_is_looked_at(repository: Path):
-    assert sorted(path.name for path in (repository / "notebooks").glob("*.ipynb")) == NOTEBOOKS
+    found = [p for place in ("apps", "notebooks") for p in (repository / place).glob("*.ipynb")]
+    assert sorted(path.relative_to(repository).as_posix() for path in found) == NOTEBOOKS
 
 
 def test_signs_of_life_are_answered():

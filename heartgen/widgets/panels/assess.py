@@ -3,33 +3,17 @@
 from __future__ import annotations
 
 import html
-import io
 from typing import Any
 
-import anywidget
 import ipywidgets as widgets
-from traitlets import Any as AnyTrait
-from traitlets import Float, List
 
-from heartgen.widgets.parts import button, classed, head, text
+from heartgen.widgets.parts import button, classed, head, picture, text
 from heartgen.widgets.runs import Outcome
 from heartgen.widgets.session import Session, siblings
-from heartgen.widgets.transfer import WEB
+from heartgen.widgets.tradeoff_plot import Tradeoff, point
 
 DPI = 110
 """Of the histograms: 1056 pixels across."""
-
-THRESHOLD = 0.33
-"""Least mean quality of a success (paper, section 3.2); as in `heartgen.assessment`."""
-
-
-class Tradeoff(anywidget.AnyWidget):
-    """Error against quality, a point for each level of detail that may be clicked."""
-
-    _esm = WEB / "tradeoff.js"
-    points: List[dict[str, Any]] = List().tag(sync=True)
-    selected = AnyTrait(None, allow_none=True).tag(sync=True)
-    threshold = Float(THRESHOLD).tag(sync=True)
 
 
 def link_tradeoff(plot: Tradeoff, session: Session) -> None:
@@ -56,11 +40,7 @@ def link_tradeoff(plot: Tradeoff, session: Session) -> None:
         with plot.hold_sync():
             plot.selected = session.shown.lod
             plot.points = [
-                {
-                    "lod": o.lod,
-                    "error": o.result.report.accuracy.mean,
-                    "quality": o.result.report.quality.mean,
-                }
+                point(o, o.lod, str(o.lod), f"Level of detail {o.lod}")
                 for o in siblings(session, session.shown)
             ]
 
@@ -136,9 +116,7 @@ class AssessPanel:
         from heartgen.viewing.figures import draw_histograms
 
         self.card.value = card_html(shown)
-        buffer = io.BytesIO()
-        draw_histograms(shown.result).savefig(buffer, dpi=DPI)
-        self.figure.value = buffer.getvalue()
+        self.figure.value = picture(draw_histograms(shown.result), DPI)
         others = siblings(self.session, shown)
         self.hint.value = (
             "Click a point to load its mesh."

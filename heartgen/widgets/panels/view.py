@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import asyncio
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import ipywidgets as widgets
 
-from heartgen.widgets.memory import release_memory
 from heartgen.widgets.parts import choose, classed, head, row, text
 from heartgen.widgets.session import Session
+from heartgen.widgets.view_place import ViewPlace
 
 LIMITS = (("automatic", 0.0), ("0.5 mm", 0.5), ("1 mm", 1.0), ("2 mm", 2.0), ("5 mm", 5.0))
 
@@ -60,11 +58,8 @@ class ViewPanel:
 
     def __init__(self, session: Session, titled: bool = True) -> None:
         self.session = session
-        self._task: asyncio.Task[None] | None = None
-        self.view: Any = None
+        self.place = ViewPlace(self._draw, session.post)
         self._case: Any = None
-        self._pool = ThreadPoolExecutor(1, thread_name_prefix="heartgen-view")
-        self._ask = 0
         self.stage = row(
             "Stage",
             widgets.ToggleButtons(options=STAGES, value="optimized"),
@@ -91,9 +86,6 @@ class ViewPanel:
         )
         self.lines = choose(LINES, "edges", "Lines", "Edges of the elements, or rule-based fibers")
         self.key = text("", "hg-scale")
-        self.place = classed(
-            widgets.Box([text("The 3-D view is starting …", "hg-notice")]), "hg-view"
-        )
         controls = [self.color, self.limit, self.mask, self.lines, self.cut, self.position]
         for control in (self.stage, *controls):
             control.observe(self._draw, "value")
@@ -103,7 +95,7 @@ class ViewPanel:
                 [
                     *([head(session, "view")] if titled else []),
                     classed(self.stage, "hg-stages"),
-                    self.place,
+                    self.place.widget,
                     self.key,
                     classed(widgets.HBox(controls), "hg-controls"),
                 ]
@@ -114,32 +106,8 @@ class ViewPanel:
         self._enable()
 
     def open(self) -> None:
-        """Have the 3-D view started, once, where there is a loop: else nobody is looking."""
-        if self._task is not None:
-            return
-        try:
-            loop = asyncio.get_running_loop()
-        except RuntimeError:
-            return
-        self._task = loop.create_task(self._start())
-        self._task.add_done_callback(self._started)
-
-    def _started(self, task: asyncio.Task[None]) -> None:
-        """Say so if the view could not be started."""
-        if not task.cancelled() and (error := task.exception()) is not None:
-            sentence = f"The 3-D view could not be started ({type(error).__name__}: {error})."
-            self.place.children = (text(sentence, "hg-notice"),)
-
-    async def _start(self) -> None:
-        """Start the 3-D view; the page is on the screen by then."""
-        loop = asyncio.get_running_loop()
-        await loop.run_in_executor(self._pool, _import_scene)
-        from heartgen.widgets.viewer import HeartView
-
-        self.view = HeartView()
-        await self.view.start()
-        self.place.children = (self.view.widget,)
-        self._draw()
+        """Have the 3-D view started."""
+        self.place.open()
 
     def _enable(self) -> None:
         """Only what is of use can be changed."""
@@ -155,10 +123,10 @@ class ViewPanel:
         session = self.session
         if session.anatomy is not None:
             self._offer(_masks(session.anatomy.slices is not None))
-        if self.view is None or session.anatomy is None:
+        if self.place.view is None or session.anatomy is None:
             return
-        self._ask += 1
-        self._pool.submit(self._make, self._ask, session.shown, session.anatomy, self._wanted())
+        shown, anatomy, wanted = session.shown, session.anatomy, self._wanted()
+        self.place.make(lambda: _scene(shown, anatomy, wanted), self._show, self._failed)
 
     def _offer(self, masks: tuple[tuple[str, str], ...]) -> None:
         """Ways to show the mask that suit the case; of a stack, its contours at first."""
@@ -181,32 +149,25 @@ class ViewPanel:
             "limit": self.limit.value or None,
         }
 
-    def _make(self, ask: int, shown: Any, anatomy: Any, wanted: dict[str, Any]) -> None:
-        """In the thread: make the scene; the newest only."""
-        from heartgen.widgets.mesh_scene import SceneView, mask_scene, mesh_scene
+    def _failed(self, sentence: str) -> None:
+        self.key.value = sentence
 
-        if ask != self._ask:
-            return
-        try:
-            scene = mask_scene(anatomy) if shown is None else mesh_scene(shown, SceneView(**wanted))
-        except Exception as error:
-            sentence = f"the view cannot be drawn ({type(error).__name__}: {error})"
-            self.session.post(lambda: setattr(self.key, "value", sentence))
-            return
-        release_memory()
-        self.session.post(lambda: self._show(ask, scene))
-
-    def _show(self, ask: int, scene: Any) -> None:
-        """On the loop: hand the scene to the view."""
-        if ask != self._ask:
-            return
+    def _show(self, scene: Any) -> None:
+        """Hand a scene to the view."""
         session = self.session
         case = session.case
-        self.view.show(scene, reset=case is not self._case)
+        self.place.view.show(scene, reset=case is not self._case)
         self._case = case
         slices = session.anatomy.slices
         moved = slices is not None and bool(slices.shifts.any()) and self.mask.value == "slices"
         self.key.value = key_html(scene.painted, self.mask.value != "off", moved)
+
+
+def _scene(shown: Any, anatomy: Any, wanted: dict[str, Any]) -> Any:
+    """The scene that is asked for: of a mesh, or of the mask alone."""
+    from heartgen.widgets.mesh_scene import SceneView, mask_scene, mesh_scene
+
+    return mask_scene(anatomy) if shown is None else mesh_scene(shown, SceneView(**wanted))
 
 
 def _masks(stack: bool) -> tuple[tuple[str, str], ...]:
@@ -245,8 +206,3 @@ def key_html(painted: Any, mask: bool, moved: bool = False) -> str:
             for color, name in painted.names
         )
     return key + marks
-
-
-def _import_scene() -> None:
-    """Load VTK, which takes long, beside the kernel's loop."""
-    import heartgen.widgets.viewer  # noqa: F401

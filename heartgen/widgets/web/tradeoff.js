@@ -1,4 +1,4 @@
-// Accuracy against quality, a point for each level of detail, to be clicked or reached by keyboard.
+// Accuracy against quality: curves of points that can be clicked or reached by keyboard.
 const NS = "http://www.w3.org/2000/svg";
 const W = 560, H = 330, LEFT = 62, RIGHT = 20, TOP = 18, BOTTOM = 50;
 
@@ -27,7 +27,7 @@ function render({ model, el }) {
     const threshold = model.get("threshold");
     const svg = add(el, "svg", {
       viewBox: `0 0 ${W} ${H}`, class: "hg-tradeoff", role: "group",
-      "aria-label": "Fitting error against element quality by level of detail",
+      "aria-label": "Fitting error against element quality",
     });
     const errors = points.map((p) => p.error);
     const room = Math.max(0.15 * (Math.max(...errors) - Math.min(...errors)), 0.02 * Math.max(...errors));
@@ -49,21 +49,43 @@ function render({ model, el }) {
     add(svg, "text", { transform: `translate(15 ${(TOP + H - BOTTOM) / 2}) rotate(-90)`, class: "hg-axis", "text-anchor": "middle" }, "mean quality Q");
     add(svg, "line", { x1: LEFT, x2: W - RIGHT, y1: Y(threshold), y2: Y(threshold), class: "hg-threshold" });
     add(svg, "text", { x: W - RIGHT - 4, y: Y(threshold) - 6, class: "hg-limit", "text-anchor": "end" }, `least quality of a success, ${threshold}`);
-    add(svg, "polyline", { points: points.map((p) => `${X(p.error)},${Y(p.quality)}`).join(" "), class: "hg-line" });
+    const curves = model.get("curves");
+    const colors = curves.map((c) => c.color);
+    curves.forEach((curve, n) => {
+      const own = points.filter((p) => p.curve === n);
+      const line = add(svg, "polyline", { points: own.map((p) => `${X(p.error)},${Y(p.quality)}`).join(" "), class: "hg-line" });
+      if (curves.length > 1) line.style.stroke = curve.color;
+    });
     for (const p of points) {
-      const chosen = p.lod === model.get("selected");
+      const chosen = p.id === model.get("selected");
       const group = add(svg, "g", {
         class: `hg-point${chosen ? " hg-chosen" : ""}`, tabindex: 0, role: "button", "aria-pressed": chosen,
-        "aria-label": `Level of detail ${p.lod}: error ${p.error.toFixed(3)} mm, quality ${p.quality.toFixed(3)}. Show this mesh.`,
+        "aria-label": `${p.about}: error ${p.error.toFixed(3)} mm, quality ${p.quality.toFixed(3)}. Show this mesh.`,
       });
-      add(group, "title", {}, `LoD ${p.lod}: error ${p.error.toFixed(3)} mm, Q ${p.quality.toFixed(3)}; click to show`);
-      add(group, "circle", { cx: X(p.error), cy: Y(p.quality), r: 11 });
-      add(group, "text", { x: X(p.error), y: Y(p.quality) + 4.5, "text-anchor": "middle" }, p.lod);
-      const choose = () => { model.set("selected", p.lod); model.save_changes(); };
+      add(group, "title", {}, `${p.about}: error ${p.error.toFixed(3)} mm, Q ${p.quality.toFixed(3)}; click to show`);
+      const circle = add(group, "circle", { cx: X(p.error), cy: Y(p.quality), r: 11 });
+      if (curves.length > 1) {
+        circle.style.stroke = colors[p.curve];
+        if (chosen) circle.style.fill = colors[p.curve];
+      }
+      add(group, "text", { x: X(p.error), y: Y(p.quality) + 4.5, "text-anchor": "middle" }, p.label);
+      const choose = () => { model.set("selected", p.id); model.save_changes(); };
       group.addEventListener("click", choose);
       group.addEventListener("keydown", (e) => {
         if (e.key === "Enter" || e.key === " ") { e.preventDefault(); choose(); }
       });
+    }
+    if (curves.length > 1) {
+      const key = document.createElement("ul");
+      key.className = "hg-curves";
+      for (const curve of curves) {
+        const item = document.createElement("li");
+        const mark = document.createElement("i");
+        mark.style.background = curve.color;
+        item.append(mark, curve.name);
+        key.appendChild(item);
+      }
+      el.appendChild(key);
     }
   };
   model.on("change", draw);
