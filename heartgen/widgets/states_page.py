@@ -173,7 +173,7 @@ class StatesPage:
             "Remove",
             f"Compare without {state.name}",
             partial(self.session.remove, state),
-            "hg-small",
+            "hg-small-wide",
         )
         return classed(widgets.HBox([text(told, "hg-run-label"), away]), "hg-run")
 

@@ -161,7 +161,9 @@ class TradeoffPage:
         doing = study.doing
         if current is not None:
             doing = f"{_told(current)}: {current.step or 'shape analysis'}"
-        said = status(doing, study.complaint, "press Fit" if study.hearts else "choose a heart")
+        meshes = f"{len(study.outcomes)} meshes; for more, change the choices and press Fit"
+        ready = meshes if study.outcomes else "press Fit" if study.hearts else "choose a heart"
+        said = status(doing, study.complaint, ready)
         if study.active:
             share = (done + (_share(current) if current else 0)) / len(study.runs)
             said += f'<progress max="1" value="{share:.3f}"></progress>'
@@ -181,7 +183,7 @@ class TradeoffPage:
         """A heart in the list."""
         told = f"<b>{html.escape(heart.name)}</b><span>{html.escape(heart.description)}</span>"
         away = button(
-            "Remove", f"Fit {heart.name} no more", partial(self.study.remove, heart), "hg-small"
+            "Remove", f"Fit {heart.name} no more", partial(self.study.remove, heart), "hg-small-wide"
         )
         return classed(widgets.HBox([text(told, "hg-run-label"), away]), "hg-run")
 

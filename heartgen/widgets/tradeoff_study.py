@@ -63,7 +63,7 @@ class TradeoffStudy(HasTraits):
     hearts: List[InputCase] = List()
     levels = Tuple(default_value=(1, 2, 3))
     elements = Unicode(DEFAULT)
-    qualities = Unicode("1")
+    qualities = Unicode("0.3, 1, 3")
     runs: List[Run] = List()
     outcomes: List[Outcome] = List()
     doing = Unicode("")
