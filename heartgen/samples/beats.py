@@ -67,14 +67,19 @@ def beat(name: str, spacing: ArrayLike = SPACING) -> dict[str, Sample]:
     if name not in BEATS:
         raise InputError(f"There is no beat {name!r}; choose one of {', '.join(BEATS)}.")
     if name == "biv":
-        squeezed = {"radius": 16.0, "length": 70.0, "lv_wall": 13.5, "septum": 13.5}
-        return {
-            DIASTOLE: _named(biv(spacing), DIASTOLE),
-            SYSTOLE: _named(biv(spacing, **squeezed, rv_size=0.95, rv_wall=4.0), SYSTOLE),
-        }
+        small = biv(
+            spacing,
+            rv_size=0.95,
+            rv_wall=3.6,
+            lv_wall=13.5,
+            septum=13.5,
+            radius=16.0,
+            length=70.0,
+        )
+        return {DIASTOLE: _named(biv(spacing), DIASTOLE), SYSTOLE: _named(small, SYSTOLE)}
     text = "The lifelike left ventricle at the end of systole."
-    small = make_sample(SQUEEZED, partial(in_wall, SQUEEZED), spacing, SYSTOLE, text)
-    return {DIASTOLE: _named(lifelike_lv(spacing), DIASTOLE), SYSTOLE: small}
+    squeezed = make_sample(SQUEEZED, partial(in_wall, SQUEEZED), spacing, SYSTOLE, text)
+    return {DIASTOLE: _named(lifelike_lv(spacing), DIASTOLE), SYSTOLE: squeezed}
 
 
 def _named(sample: Sample, name: str) -> Sample:

@@ -182,9 +182,8 @@ class TradeoffPage:
     def _entry(self, heart: InputCase) -> Any:
         """A heart in the list."""
         told = f"<b>{html.escape(heart.name)}</b><span>{html.escape(heart.description)}</span>"
-        away = button(
-            "Remove", f"Fit {heart.name} no more", partial(self.study.remove, heart), "hg-small-wide"
-        )
+        remove = partial(self.study.remove, heart)
+        away = button("Remove", f"Fit {heart.name} no more", remove, "hg-small-wide")
         return classed(widgets.HBox([text(told, "hg-run-label"), away]), "hg-run")
 
     def _draw_outcomes(self, _: Any = None) -> None:

@@ -18,9 +18,10 @@ from traitlets import Any as AnyTrait
 from traitlets import HasTraits, List, Tuple, Unicode
 
 from heartgen.errors import InputError
-from heartgen.options import Options, option_from_text
+from heartgen.options import Options, as_text, option_from_text
 from heartgen.widgets.input_case import InputCase, analyze_case, load_file, load_sample
 from heartgen.widgets.memory import release_memory
+from heartgen.widgets.run_options import MOST_ELEMENTS
 from heartgen.widgets.runs import Outcome, Post, Run
 from heartgen.widgets.worker import Worker
 
@@ -138,6 +139,10 @@ class TradeoffStudy(HasTraits):
         if not self.levels:
             raise InputError("there is no level of detail to fit: tick at least one")
         elements = [option_from_text("elements", part) for part in _parts(self.elements)]
+        if any(n > most for e in elements if e for n, most in zip(e, MOST_ELEMENTS, strict=True)):
+            raise InputError(
+                f"at most {as_text(MOST_ELEMENTS)} elements are fitted here: give less"
+            )
         qualities = [option_from_text("quality", part) for part in _parts(self.qualities)]
         made = [
             Options(lod=self.levels[0], elements=counts, quality=weight)

@@ -21,7 +21,8 @@ def small():
         return InputCase(mask, f"heartgen.samples.load({name!r}).mask", "0" * 64, "Small.")
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("heartgen.widgets.session.load_sample", load)
+        for name in ("session", "tradeoff_study"):
+            patch.setattr(f"heartgen.widgets.{name}.load_sample", load)
         yield
 
 
