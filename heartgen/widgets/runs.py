@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from heartgen.options import Options
     from heartgen.result import Personalization
     from heartgen.widgets.input_case import InputCase
+    from heartgen.widgets.session import Session
 
 INTERVAL = 0.2
 """Least seconds between two reports of progress, so that the page can keep up."""
@@ -217,3 +218,17 @@ def post_on_loop() -> Post | None:
         return asyncio.get_running_loop().call_soon_threadsafe
     except RuntimeError:
         return None
+
+
+def siblings(session: Session, outcome: Outcome) -> list[Outcome]:
+    """Outcomes of the same case, one for each level of detail, the newest of each.
+
+    Parameters
+    ----------
+    session : Session
+        The visitor's work.
+    outcome : Outcome
+        A mesh of the case.
+    """
+    newest = {o.lod: o for o in session.outcomes if o.case is outcome.case}
+    return [newest[lod] for lod in sorted(newest)]

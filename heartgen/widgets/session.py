@@ -338,17 +338,3 @@ class Session(HasTraits):
 def _measured(case: InputCase, options: Options) -> tuple[Any, ...]:
     """What the anatomy of a case depends on."""
     return (case, *(getattr(options, name) for name in ANALYZED))
-
-
-def siblings(session: Session, outcome: Outcome) -> list[Outcome]:
-    """Outcomes of the same case, one for each level of detail, the newest of each.
-
-    Parameters
-    ----------
-    session : Session
-        The visitor's work.
-    outcome : Outcome
-        A mesh of the case.
-    """
-    newest = {o.lod: o for o in session.outcomes if o.case is outcome.case}
-    return [newest[lod] for lod in sorted(newest)]

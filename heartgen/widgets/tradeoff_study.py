@@ -21,7 +21,7 @@ from heartgen.errors import InputError
 from heartgen.options import Options, as_text, option_from_text
 from heartgen.widgets.input_case import InputCase, analyze_case, load_file, load_sample
 from heartgen.widgets.memory import release_memory
-from heartgen.widgets.run_options import MOST_ELEMENTS
+from heartgen.widgets.option_controls import OFFERED
 from heartgen.widgets.runs import Outcome, Post, Run
 from heartgen.widgets.worker import Worker
 
@@ -139,10 +139,9 @@ class TradeoffStudy(HasTraits):
         if not self.levels:
             raise InputError("there is no level of detail to fit: tick at least one")
         elements = [option_from_text("elements", part) for part in _parts(self.elements)]
-        if any(n > most for e in elements if e for n, most in zip(e, MOST_ELEMENTS, strict=True)):
-            raise InputError(
-                f"at most {as_text(MOST_ELEMENTS)} elements are fitted here: give less"
-            )
+        most = [high for _, high in OFFERED["elements"]]
+        if any(n > high for e in elements if e for n, high in zip(e, most, strict=True)):
+            raise InputError(f"at most {as_text(most)} elements are fitted here: give less")
         qualities = [option_from_text("quality", part) for part in _parts(self.qualities)]
         made = [
             Options(lod=self.levels[0], elements=counts, quality=weight)

@@ -8,8 +8,8 @@ from typing import Any
 import ipywidgets as widgets
 
 from heartgen.widgets.parts import button, classed, head, picture, text
-from heartgen.widgets.runs import Outcome
-from heartgen.widgets.session import Session, siblings
+from heartgen.widgets.runs import Outcome, siblings
+from heartgen.widgets.session import Session
 from heartgen.widgets.tradeoff_plot import Tradeoff, point
 
 DPI = 110

@@ -10,7 +10,8 @@ import ipywidgets as widgets
 
 from heartgen.errors import HeartgenError
 from heartgen.widgets.parts import choose, classed, head, row, text
-from heartgen.widgets.session import Session, siblings
+from heartgen.widgets.runs import siblings
+from heartgen.widgets.session import Session
 from heartgen.widgets.transfer import MEGABYTE, Copy, Download
 
 TICKED = ("exf", "vtu")
