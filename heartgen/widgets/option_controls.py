@@ -14,11 +14,7 @@ from traitlets import link
 from heartgen.options import Option, as_text
 from heartgen.options.option import explanation
 from heartgen.widgets.parts import choose, classed, row, text
-from heartgen.widgets.run_options import RunOptions
-
-OFFERED: Mapping[str, tuple[tuple[int, int], ...]] = {"elements": ((1, 6), (3, 48), (1, 36))}
-"""Where the page offers fewer numbers than there are: three times the usual elements, which is
-minutes of work, and no fewer than close a ring."""
+from heartgen.widgets.run_options import OFFERED, RunOptions
 
 UNSET, GIVEN = "unset", "given"
 """Instead of a word: it is left to heartgen, or numbers are given."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from traitlets import Any as AnyTrait
@@ -12,6 +13,10 @@ from heartgen.options import OPTIONS, Options
 _Declared: Any = type(
     "_Declared", (HasTraits,), {name: AnyTrait(each.default) for name, each in OPTIONS.items()}
 )
+
+OFFERED: Mapping[str, tuple[tuple[int, int], ...]] = {"elements": ((1, 6), (3, 48), (1, 36))}
+"""Where the page offers fewer numbers than there are: three times the usual elements, which is
+minutes of work, and no fewer than close a ring."""
 
 
 class RunOptions(_Declared):  # type: ignore[misc]

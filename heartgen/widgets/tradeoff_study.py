@@ -21,7 +21,7 @@ from heartgen.errors import InputError
 from heartgen.options import Options, as_text, option_from_text
 from heartgen.widgets.input_case import InputCase, analyze_case, load_file, load_sample
 from heartgen.widgets.memory import release_memory
-from heartgen.widgets.option_controls import OFFERED
+from heartgen.widgets.run_options import OFFERED
 from heartgen.widgets.runs import Outcome, Post, Run
 from heartgen.widgets.worker import Worker
 

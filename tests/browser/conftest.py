@@ -74,6 +74,12 @@ def server(repository: Path, tmp_path_factory: pytest.TempPathFactory):
 
 
 @pytest.fixture(scope="session")
+def apps(server):
+    """Address of the folder of the apps."""
+    return server[1].removesuffix("dashboard.ipynb")
+
+
+@pytest.fixture(scope="session")
 def address(server):
     """Address of the page."""
     return server[1]

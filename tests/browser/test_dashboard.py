@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import time
 import zipfile
@@ -14,39 +13,12 @@ import pytest
 
 import heartgen
 from heartgen import samples
+from tests.browser.seeing import SATURATED, is_mesh, view, wait_for_view
 
 pytestmark = pytest.mark.slow
 
-SATURATED = 40
-"""Difference of color channels from which a pixel is no gray."""
-
 CHANGED = 30
 """Difference of a channel from which a pixel is another."""
-
-
-def view(page):
-    """Pixels (h, w, 3) of the 3-D view, without its buttons."""
-    image = pytest.importorskip("PIL.Image")
-    shot = page.locator(".hg-frame").screenshot()
-    return np.asarray(image.open(io.BytesIO(shot)).convert("RGB"), dtype=int)[50:, 10:-10]
-
-
-def is_mesh(pixels):
-    """Whether something colored is there: blank and black views are not."""
-    share = np.mean(np.ptp(pixels, axis=2) > SATURATED)
-    return share > 0.03 and len(np.unique((pixels // 16).reshape(-1, 3), axis=0)) > 40
-
-
-def wait_for_view(page, ready, act=lambda: None):
-    """Pixels of the 3-D view as soon as they are as wanted, acting before each look."""
-    end = time.monotonic() + 60
-    while True:
-        act()
-        pixels = view(page)
-        if ready(pixels):
-            return pixels
-        assert time.monotonic() < end, "the view does not come"
-        time.sleep(0.5)
 
 
 def wait_for_other(page, before, act=lambda: None):

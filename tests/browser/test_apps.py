@@ -1,0 +1,47 @@
+"""The index leads to every app, and each shows a sample at once: in a table, a plot, and in 3-D."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.browser.seeing import is_mesh, wait_for_view
+
+pytestmark = pytest.mark.slow
+
+SEEN = {
+    "dashboard": ".hg-side .hg-step-input .hg-done",
+    "tradeoff": ".hg-point",
+    "states": ".hg-bullseye img",
+}
+"""What is on each app once its first sample is there."""
+
+
+@pytest.mark.parametrize("name", SEEN)
+def test_index_leads_to_an_app_that_shows_a_heart(browser, apps, name):
+    page = browser.new_page(viewport={"width": 1440, "height": 900})
+    page.set_default_timeout(180_000)
+    page.goto(f"{apps}index.ipynb")
+    page.wait_for_selector(".hg-index nav a")
+    assert page.locator(".hg-index img").count() == 6
+    page.locator(f'.hg-index a[href="{name}.ipynb"]').click()
+    page.wait_for_selector(SEEN[name], state="attached")
+    if name == "dashboard":
+        page.locator(".hg-tab-view").click()
+    wait_for_view(page, is_mesh)
+    page.get_by_role("link", name="All apps").click()
+    page.wait_for_selector(".hg-index nav a")
+    page.close()
+
+
+def test_pages_fit_a_phone(browser, apps):
+    page = browser.new_page(viewport={"width": 390, "height": 844})
+    page.set_default_timeout(180_000)
+    for name in ("index", "states"):
+        page.goto(f"{apps}{name}.ipynb")
+        page.wait_for_selector(".hg-footer")
+        wide = page.evaluate(
+            """() => [...document.querySelectorAll('.hg-card, .hg-index a, .hg-main')]
+                 .map(e => e.getBoundingClientRect().right)"""
+        )
+        assert max(wide) <= 390
+    page.close()
