@@ -38,7 +38,7 @@ def test_combinations_are_all_of_them(study):
 @pytest.mark.parametrize(
     ("name", "value", "told"),
     [
-        ("elements", "1x4", "three numbers"),
+        ("elements", "1x4", "are not three"),
         ("elements", "1x4x4000", "at most"),
         ("qualities", "much", "not a number"),
         ("qualities", ",".join(str(n) for n in range(1, 60)), f"more than the {MOST_MESHES}"),
