@@ -193,7 +193,7 @@ class TradeoffStudy(HasTraits):
 
     def rows(self) -> list[Row]:
         """A row for each mesh, and for each that could not be made, as of `heartgen sweep`."""
-        from heartgen.cohort.cases import Case
+        from heartgen.cohort.case import Case
         from heartgen.cohort.rows import failed_row, row_of
 
         made = []
