@@ -9,11 +9,11 @@ import numpy as np
 import scipy.ndimage as ndi
 from numpy.typing import NDArray
 
-from heartgen.anatomy.basal_surface import BasalSurface
 from heartgen.anatomy.base import Base, find_base
 from heartgen.anatomy.blood_pools import BloodPools, find_pools
-from heartgen.anatomy.fit_surfaces import LEAST_WALL, heights, mesh_surfaces, truncated_indicator
+from heartgen.anatomy.fit_surfaces import heights, mesh_surfaces, truncated_indicator
 from heartgen.anatomy.heart_shape import POOL_SURFACES, HeartShape, Slices
+from heartgen.anatomy.mask_findings import opening_findings, treatment_findings
 from heartgen.anatomy.plausibility import check_proportions
 from heartgen.anatomy.right_ventricle import RvAnatomy, measure_right
 from heartgen.anatomy.short_axis_contours import find_sections
@@ -34,13 +34,6 @@ MIN_WALL_VOXELS = 50
 
 ENOUGH_SLICES = 16
 """Slices of whatever direction from which voxels as long as their distance show a heart."""
-
-PIN_HOLE = 0.1
-"""Size over the opening's up to which a further opening of a right ventricle is a pin-hole; a
-larger one is that of the pulmonary valve."""
-
-LARGE_HOLE = 0.15
-"""Size of an opening, over that at the base, from which it is no pin-hole but a missing wall."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,7 +231,8 @@ def _shape_of_volume(
         voxel=voxel,
         surfaces=surfaces,
         myocardium=truncated_indicator(mask, base, voxel),
-        findings=_openings(pools, mask, base) + _findings(pools, base, voxel, thickened),
+        findings=opening_findings(pools, mask, base)
+        + treatment_findings(pools, base, voxel, thickened),
     )
 
 
@@ -305,63 +299,3 @@ def _levels(mask: Mask, pools: BloodPools) -> tuple[LevelSet, list[LevelSet]]:
 def _centers(mask: Mask, voxels: NDArray[np.bool_]) -> NDArray[np.float64]:
     """World coordinates of the voxels that are set."""
     return mask.to_world(np.argwhere(voxels).astype(float))
-
-
-def _openings(pools: BloodPools, mask: Mask, base: Base) -> tuple[Finding, ...]:
-    """Openings of the wall far from the base: how large and where; they were closed."""
-    pixel = float(np.prod(mask.spacing) ** (2 / 3))
-    leaks = [("left", leak, pools.left) for leak in pools.left.leaks]
-    if pools.right is not None:
-        most = PIN_HOLE * len(pools.right.opening)
-        leaks += [("right", leak, pools.right) for leak in pools.right.leaks if leak.size < most]
-    large = [each for each in leaks if each[1].size > LARGE_HOLE * len(each[2].opening)]
-    found = [
-        Finding(
-            "leaks",
-            f"the {name} ventricle's wall is open over {leak.size * pixel:.3g} mm^2, "
-            f"{-float(base.plane.height(mask.to_world(leak.center[None]))[0]):.0f} mm below the "
-            "base: the mesh's wall there is made up; complete the mask",
-            serious=True,
-        )
-        for name, leak, _ in large
-    ]
-    small = [each[1].size for each in leaks if each not in large]
-    if small:
-        told = (
-            f"the wall has {len(small)} pin-hole(s) of at most {max(small) * pixel:.2g} mm^2 far "
-            "from the base, which were closed"
-        )
-        found.append(Finding("leaks", told))
-    return tuple(found)
-
-
-def _findings(pools: BloodPools, base: Base, voxel: float, thickened: bool) -> tuple[Finding, ...]:
-    """What the analysis did that the user should know."""
-    found = []
-    muscle_voxels = sum(cavity.muscle_voxels for cavity in pools)
-    if thickened:
-        found.append(
-            Finding(
-                "thin wall",
-                "the wall is thinner than a voxel in places: the mesh is given "
-                f"{LEAST_WALL * voxel:.2g} mm there",
-            )
-        )
-    if muscle_voxels:
-        found.append(
-            Finding(
-                "papillary muscles",
-                f"{muscle_voxels * voxel**3 / 1000:.2g} ml of papillary muscle and "
-                "trabeculae were taken as part of the blood pool",
-            )
-        )
-    if base.truncation is not None:
-        reference = "the rim" if isinstance(base.surface, BasalSurface) else "the basal plane"
-        found.append(
-            Finding(
-                "truncation",
-                f"the base was truncated {base.truncation:.3g} mm below {reference} (which rises "
-                f"and falls by {base.irregularity:.2g} mm)",
-            )
-        )
-    return tuple(found)

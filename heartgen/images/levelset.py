@@ -11,6 +11,8 @@ import numpy as np
 import scipy.ndimage as ndi
 from numpy.typing import NDArray
 
+from heartgen.images.tricubic import interpolate
+
 SMOOTHING = 0.7
 """Gaussian width, in voxels, that turns voxel stairs into a surface. Light: it moves a surface of
 radius R voxels by about 0.25/R voxels."""
@@ -24,12 +26,6 @@ exceeds it counts towards the distance."""
 
 TIE = 1e-9
 """Relative difference below which two squared distances count as equal."""
-
-CHUNK = 2048
-"""Points that one thread interpolates at a time..."""
-
-PARALLEL_FROM = 32768
-"""...where there are enough of them to pay for the threads."""
 
 SETTLING_ROUNDS = 2
 """Rounds in which each voxel tries the surface points of all 26 neighbors: the sweeps, which look
@@ -74,9 +70,7 @@ class LevelSet:
         inverse = np.linalg.inv(self.affine)
         index = np.ascontiguousarray(points @ inverse[:3, :3].T + inverse[:3, 3])
         inside = np.clip(index, 0, np.array(self.values.shape) - 1.0)
-        values, slope = np.empty(len(inside)), np.empty((len(inside), 3))
-        interpolate = _tricubic if len(inside) < PARALLEL_FROM else _tricubic_in_chunks
-        interpolate(self.values, inside, values, slope)
+        values, slope = interpolate(self.values, inside)
         gradient = slope @ inverse[:3, :3]
         beyond = (index - inside) @ self.affine[:3, :3].T
         far = np.linalg.norm(beyond, axis=1)
@@ -334,46 +328,3 @@ def _distances(nearest, places, normals, metric, inside, reach):  # type: ignore
                 size = np.sqrt(along * along + max(aside - reach * reach, 0.0))
                 out[i, j, k] = -size if inside[i, j, k] else size
     return out
-
-
-@nb.njit(cache=True)
-def _tricubic(values, index, out, slope):  # type: ignore[no-untyped-def]
-    """Catmull-Rom values and index-space gradients at points inside the grid."""
-    weight = np.empty((3, 4))
-    change = np.empty((3, 4))
-    first = np.empty(3, dtype=np.int64)
-    for p in range(len(index)):
-        for x in range(3):
-            first[x] = max(min(int(index[p, x]), values.shape[x] - 2), 0)
-            t = index[p, x] - first[x]
-            weight[x, 0] = ((-0.5 * t + 1.0) * t - 0.5) * t
-            weight[x, 1] = (1.5 * t - 2.5) * t * t + 1.0
-            weight[x, 2] = ((-1.5 * t + 2.0) * t + 0.5) * t
-            weight[x, 3] = (0.5 * t - 0.5) * t * t
-            change[x, 0] = (-1.5 * t + 2.0) * t - 0.5
-            change[x, 1] = (4.5 * t - 5.0) * t
-            change[x, 2] = (-4.5 * t + 4.0) * t + 0.5
-            change[x, 3] = (1.5 * t - 1.0) * t
-        v, g0, g1, g2 = 0.0, 0.0, 0.0, 0.0
-        for a in range(4):
-            i = min(max(first[0] + a - 1, 0), values.shape[0] - 1)
-            for b in range(4):
-                j = min(max(first[1] + b - 1, 0), values.shape[1] - 1)
-                line, rise = 0.0, 0.0
-                for c in range(4):
-                    k = min(max(first[2] + c - 1, 0), values.shape[2] - 1)
-                    line += weight[2, c] * values[i, j, k]
-                    rise += change[2, c] * values[i, j, k]
-                v += weight[0, a] * weight[1, b] * line
-                g0 += change[0, a] * weight[1, b] * line
-                g1 += weight[0, a] * change[1, b] * line
-                g2 += weight[0, a] * weight[1, b] * rise
-        out[p], slope[p, 0], slope[p, 1], slope[p, 2] = v, g0, g1, g2
-
-
-@nb.njit(cache=True, parallel=True)
-def _tricubic_in_chunks(values, index, out, slope):  # type: ignore[no-untyped-def]
-    """The same on all threads."""
-    for chunk in nb.prange((len(index) + CHUNK - 1) // CHUNK):
-        rows = slice(chunk * CHUNK, (chunk + 1) * CHUNK)
-        _tricubic(values, index[rows], out[rows], slope[rows])
