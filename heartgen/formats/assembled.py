@@ -58,6 +58,21 @@ class MeshFile:
     notes: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, eq=False)
+class NamedSets:
+    """The parts of a mesh that have names, by ours.
+
+    Attributes
+    ----------
+    surfaces, parts, patches : mapping of str to array of int
+        As the attributes of `heartgen.mesh.Topology`.
+    """
+
+    surfaces: Mapping[str, NDArray[np.intp]]
+    parts: Mapping[str, NDArray[np.intp]]
+    patches: Mapping[str, NDArray[np.intp]]
+
+
 def assembled(
     dofs: NDArray[np.float64],
     extraction: sp.csr_array,
@@ -65,9 +80,7 @@ def assembled(
     constant: NDArray[np.float64],
     basis: Literal["hermite", "lagrange"],
     index: NDArray[np.intp] | None,
-    surfaces: Mapping[str, NDArray[np.intp]],
-    parts: Mapping[str, NDArray[np.intp]],
-    patches: Mapping[str, NDArray[np.intp]],
+    named: NamedSets,
 ) -> HexMesh:
     """Put a mesh together; parameters as the attributes of `HexMesh` and `Topology`.
 
@@ -85,8 +98,8 @@ def assembled(
         What the degrees of freedom are.
     index : (e, 3) int or None
         None if the file does not tell: the elements then stand in one row.
-    surfaces, parts, patches : mapping of str to array of int
-        Under our names. External faces that no surface has are made one named `OTHER`.
+    named : NamedSets
+        External faces that no surface has are made one named `OTHER`.
     """
     if index is None:
         index = np.zeros((len(nodes), 3), dtype=np.intp)
@@ -98,13 +111,13 @@ def assembled(
         extraction=extraction,
         shape=(radial, around, along),
         index=index,
-        surfaces=dict(surfaces),
+        surfaces=dict(named.surfaces),
         collapsed=_collapsed(control, FLAT * extent),
         nodes=nodes,
         constant=constant,
         straightening=None,
-        parts=dict(parts),
-        patches=dict(patches),
+        parts=dict(named.parts),
+        patches=dict(named.patches),
         basis=basis,
         generic_dofs=dofs / extent if basis == "hermite" else None,
     )

@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from heartgen.errors import HeartgenError, InputError
-from heartgen.formats.assembled import MeshFile, assembled, named_faces, our_name
+from heartgen.formats.assembled import MeshFile, NamedSets, assembled, named_faces, our_name
 from heartgen.formats.ex1 import ELEMENTS, NODES
 from heartgen.formats.excontent import ExContent
 from heartgen.formats.exf import STRUCTURE
@@ -72,7 +72,7 @@ def _read(path: Path) -> MeshFile:
             f"{path}: The field {name!r} cannot be read ({error}): give tricubic Hermite or "
             "Lagrange hexahedra, all of one basis."
         ) from error
-    surfaces, parts, patches, unread = _named(content, numbers)
+    named, unread = _named(content, numbers)
     fields, more_unread = _fields(content, numbers, name)
     blocks = sp.kron(sp.eye_array(len(numbers)), sp.csr_array(terms.to_bernstein))
     mesh = assembled(
@@ -82,9 +82,7 @@ def _read(path: Path) -> MeshFile:
         constant=np.array([float(label == LABELS[0]) for _, label, _ in terms.keys]),
         basis=terms.basis,
         index=_structure(content.comments, len(numbers)),
-        surfaces=surfaces,
-        parts=parts,
-        patches=patches,
+        named=named,
     )
     return MeshFile(mesh, fields, (*unread, *more_unread))
 
@@ -123,12 +121,8 @@ def _structure(comments: list[str], n_elements: int) -> NDArray[np.intp] | None:
     return np.array(rows, dtype=np.intp) if whole else None
 
 
-def _named(
-    content: ExContent, numbers: list[int]
-) -> tuple[
-    dict[str, NDArray[np.intp]], dict[str, NDArray[np.intp]], dict[str, NDArray[np.intp]], list[str]
-]:
-    """Surfaces, parts and patches from the groups, and what was not read."""
+def _named(content: ExContent, numbers: list[int]) -> tuple[NamedSets, list[str]]:
+    """What the groups name, and what was not read."""
     row = {number: place for place, number in enumerate(numbers)}
     faces: dict[int, list[tuple[int, int]]] = {}
     for number in numbers:
@@ -150,7 +144,7 @@ def _named(
             unread.append(f"the group {name!r} was not read: its faces belong to no element")
     outside = {places[0] for places in faces.values() if len(places) == 1}
     surfaces, patches = named_faces(of_faces, outside)
-    return surfaces, parts, patches, unread
+    return NamedSets(surfaces, parts, patches), unread
 
 
 def _fields(

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heartgen.errors import HeartgenError, InputError
-from heartgen.formats.assembled import MeshFile, assembled
+from heartgen.formats.assembled import MeshFile, NamedSets, assembled
 from heartgen.formats.vtkarrays import BROKEN, GridFile, read_grid
 from heartgen.formats.vtu import (
     BEZIER_HEXAHEDRON,
@@ -95,9 +95,11 @@ def _mesh_file(path: str | Path, grid: GridFile) -> MeshFile:
         constant=np.ones(len(first)),
         basis="lagrange",
         index=None if structure is None else structure.astype(np.intp).reshape(-1, 3),
-        surfaces={name: _faces(bits) for name, bits in named[SURFACE].items()},
-        parts={name: np.flatnonzero(inside) for name, inside in named[PART].items()},
-        patches={name: _faces(bits) for name, bits in named[PATCH].items()},
+        named=NamedSets(
+            surfaces={name: _faces(bits) for name, bits in named[SURFACE].items()},
+            parts={name: np.flatnonzero(inside) for name, inside in named[PART].items()},
+            patches={name: _faces(bits) for name, bits in named[PATCH].items()},
+        ),
     )
     fields = [
         MeshField(name, np.einsum("ab,ebk->eak", to_lattice, _rows(values)[cells]))

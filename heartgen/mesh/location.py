@@ -102,9 +102,7 @@ def locate(control: Array, points: ArrayLike) -> tuple[NDArray[np.intp], Array]:
     starts = (lattice(STARTS) * (STARTS - 1) + 0.5) / STARTS
     samples = np.matmul(tabulate(starts), control)
     low, high = control.min(axis=1) - tolerance, control.max(axis=1) + tolerance
-    elements = np.full(len(places), -1, dtype=np.intp)
-    xi = np.full(places.shape, np.nan)
-    _search(control, places, low, high, starts, samples, tolerance, elements, xi)
+    elements, xi = _search(control, places, low, high, starts, samples, tolerance)
     return elements, xi
 
 
@@ -113,8 +111,10 @@ def _jit(function: Any) -> Any:
 
 
 @_jit
-def _search(control, points, low, high, starts, samples, tolerance, elements, xi):  # type: ignore[no-untyped-def]
-    """Elements and local coordinates of all points, into the last two arguments."""
+def _search(control, points, low, high, starts, samples, tolerance):  # type: ignore[no-untyped-def]
+    """Elements and local coordinates of all points."""
+    elements = np.full(len(points), -1, dtype=np.intp)
+    xi = np.full((len(points), 3), np.nan)
     work = np.empty((6, ORDER))
     state = np.empty((4, 3))
     place = np.empty(3)
@@ -152,6 +152,7 @@ def _search(control, points, low, high, starts, samples, tolerance, elements, xi
                     break
             if elements[n] >= 0:
                 break
+    return elements, xi
 
 
 @_jit

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache, partial
-from typing import Unpack
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -56,18 +56,54 @@ CLOSE = 1e-6
 """Tolerance of the right apex' level, mm."""
 
 
+@dataclass(frozen=True)
+class BivSizes:
+    """Sizes of a phantom of both ventricles.
+
+    Attributes
+    ----------
+    rv_size : float
+        Width of the right ventricle against a normal one beside this left ventricle.
+    rv_wall, lv_wall, septum : float, mm
+        Thickness of the right free wall, of the left free wall and of the septum, everywhere.
+    radius : float, mm
+        Of the left endocardium at its widest level.
+    length : float, mm
+        From the left endocardial apex to the base along the long axis.
+    """
+
+    rv_size: float = 1.0
+    rv_wall: float = 3.0
+    lv_wall: float = 10.0
+    septum: float = 10.0
+    radius: float = 22.0
+    length: float = 80.0
+
+    def __post_init__(self) -> None:
+        for name, size in vars(self).items():
+            if not (np.isfinite(size) and size > 0):
+                raise InputError(
+                    f"The {name} of a biventricular phantom must be positive, not {size}."
+                )
+
+
+class BivChoices(Placement, total=False):
+    """What `biv` takes by keyword: the sizes of `BivSizes`, and a `Placement`."""
+
+    rv_size: float
+    rv_wall: float
+    lv_wall: float
+    septum: float
+    radius: float
+    length: float
+
+
 def biv(
     spacing: ArrayLike = 1.0,
     *,
-    rv_size: float = 1.0,
-    rv_wall: float = 3.0,
-    lv_wall: float = 10.0,
-    septum: float = 10.0,
     tilt: float = 0.0,
-    radius: float = 22.0,
-    length: float = 80.0,
     rv_apex: float = 12.0,
-    **placement: Unpack[Placement],
+    **choices: Unpack[BivChoices],
 ) -> Sample:
     """Make both ventricles of a heart, open at a common flat base.
 
@@ -75,20 +111,13 @@ def biv(
     ----------
     spacing : float or (3,) array, mm
         Distance between voxels along the index axes.
-    rv_size : float
-        Width of the right ventricle against a normal one beside this left ventricle.
-    rv_wall, lv_wall, septum : float, mm
-        Thickness of the right free wall, of the left free wall and of the septum, everywhere.
     tilt : float, degrees
         Angle between the base and the plane across the long axis.
-    radius : float, mm
-        Of the left endocardium at its widest level.
-    length : float, mm
-        From the left endocardial apex to the base along the long axis.
     rv_apex : float, mm
         Height of the right endocardial apex above the left one.
-    **placement : Placement
-        Rotation, translation, scale, image axes and noise: see `Placement`.
+    **choices : BivChoices
+        Sizes, such as ``rv_wall``, ``lv_wall`` and ``septum``, see `BivSizes`; and rotation,
+        translation, scale, image axes and noise, see `Placement`.
 
     Returns
     -------
@@ -107,28 +136,21 @@ def biv(
     >>> heart.mask.voxels.shape, heart.truth.rv is not None
     ((25, 20, 24), True)
     """
-    sizes = {
-        "rv_size": rv_size,
-        "rv_wall": rv_wall,
-        "lv_wall": lv_wall,
-        "septum": septum,
-        "radius": radius,
-        "length": length,
-    }
-    for name, size in sizes.items():
-        if not (np.isfinite(size) and size > 0):
-            raise InputError(f"The {name} of a biventricular phantom must be positive, not {size}.")
+    known = {each.name for each in fields(BivSizes)}
+    sizes = BivSizes(**{name: value for name, value in choices.items() if name in known})  # type: ignore[arg-type]
+    placement: Any = {name: value for name, value in choices.items() if name not in known}
+    length = sizes.length
     if not abs(tilt) <= STEEPEST:
         raise InputError(
             f"The tilt must lie between -{STEEPEST:g} and {STEEPEST:g} degrees, not {tilt}."
         )
     shape = _with_right_apex(
         BivShape(
-            lv=Solid((radius, radius, (1 - BASE_LEVEL) * length)),
-            rv=_right_solid(rv_size * (radius + septum), length),
-            lv_wall=lv_wall,
-            septum=septum,
-            rv_wall=rv_wall,
+            lv=Solid((sizes.radius, sizes.radius, (1 - BASE_LEVEL) * length)),
+            rv=_right_solid(sizes.rv_size * (sizes.radius + sizes.septum), length),
+            lv_wall=sizes.lv_wall,
+            septum=sizes.septum,
+            rv_wall=sizes.rv_wall,
             base_height=BASE_LEVEL * length,
             base_slope=(
                 float(np.tan(np.radians(tilt)) * np.cos(TILT_TOWARDS)),

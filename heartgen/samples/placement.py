@@ -57,6 +57,17 @@ class Placement(TypedDict, total=False):
     seed: int
 
 
+UNMOVED: Placement = {
+    "rotation": None,
+    "translation": (0.0, 0.0, 0.0),
+    "scale": 1.0,
+    "direction": None,
+    "noise": 0.0,
+    "seed": 0,
+}
+"""A heart of human size along the axes of the world, without noise."""
+
+
 @dataclass(frozen=True, eq=False)
 class Pose:
     """Similarity from the heart frame to the world.

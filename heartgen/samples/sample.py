@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,7 +12,7 @@ from scipy import ndimage
 
 from heartgen.errors import InputError
 from heartgen.images.mask import Mask
-from heartgen.samples.placement import make_grid, make_pose
+from heartgen.samples.placement import UNMOVED, Placement, make_grid, make_pose
 from heartgen.samples.truth import Heart, Truth
 
 Array = NDArray[np.float64]
@@ -52,13 +53,7 @@ def make_sample(
     spacing: ArrayLike,
     name: str,
     description: str,
-    *,
-    rotation: ArrayLike | int | None = None,
-    translation: ArrayLike = (0.0, 0.0, 0.0),
-    scale: float = 1.0,
-    direction: ArrayLike | None = None,
-    noise: float = 0.0,
-    seed: int = 0,
+    **placement: Unpack[Placement],
 ) -> Sample:
     """Place a heart in the world and look at it through voxels.
 
@@ -74,7 +69,7 @@ def make_sample(
         Name of the mask.
     description : str
         One sentence.
-    rotation, translation, scale, direction, noise, seed : as in `Placement`
+    **placement : Placement
         How the heart lies in the world and under the voxels.
 
     Returns
@@ -86,11 +81,15 @@ def make_sample(
     InputError
         If the noise is not a probability, or the placement or the grid makes no heart.
     """
+    placed: Placement = {**UNMOVED, **placement}
+    if unknown := placed.keys() - UNMOVED.keys():
+        raise TypeError(f"a phantom has no {', '.join(sorted(unknown))}")
+    noise = placed["noise"]
     if not 0 <= noise <= 1:
         raise InputError(f"The noise must be a probability between 0 and 1, not {noise}.")
-    truth = Truth(heart, make_pose(rotation, translation, scale))
+    truth = Truth(heart, make_pose(placed["rotation"], placed["translation"], placed["scale"]))
     surface, _ = truth.surface(EXTENT_SAMPLES)
-    affine, size = make_grid(np.concatenate([surface, *truth.rims]), spacing, direction)
+    affine, size = make_grid(np.concatenate([surface, *truth.rims]), spacing, placed["direction"])
     voxels = np.zeros(size, dtype=np.bool_)
     j, k = np.meshgrid(*(np.arange(s, dtype=np.float64) for s in size[1:]), indexing="ij")
     # Slab by slab, which keeps memory small.
@@ -103,7 +102,7 @@ def make_sample(
             f"A spacing of {spacing!r} mm misses the whole wall of the heart; choose a finer one."
         )
     if noise > 0:
-        voxels = _flipped(voxels, noise, seed)
+        voxels = _flipped(voxels, noise, placed["seed"])
     return Sample(Mask(voxels, affine, name), truth, description)
 
 

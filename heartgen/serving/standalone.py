@@ -15,6 +15,7 @@ from heartgen.anatomy import Anatomy, analyze_under
 from heartgen.errors import InputError, MissingFileError, needing
 from heartgen.formats import READERS, read_mesh_file, write_mesh
 from heartgen.report import options_beside
+from heartgen.viewing.camera import camera_around
 from heartgen.viewing.polydata import MAX_TRIANGLES, mask_surface, to_mask
 from heartgen.viewing.scene import (
     AMBIENT,
@@ -25,7 +26,6 @@ from heartgen.viewing.scene import (
     SPECULAR,
     SPECULAR_POWER,
     TUBE_SIDES,
-    camera_around,
 )
 
 SUBDIVISION = 3

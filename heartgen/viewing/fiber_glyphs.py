@@ -14,9 +14,10 @@ from heartgen.fields.coordinate_lines import lines
 from heartgen.fields.fibers import helix_angle
 from heartgen.fields.wall import wall_of
 from heartgen.mesh import HexMesh, MeshField
-from heartgen.viewing.fields import empty_scene, finished, frame_of
+from heartgen.viewing.camera import frame_of, look_at
 from heartgen.viewing.polydata import INWARD, SUBDIVISION, poly_data
-from heartgen.viewing.scene import DARK, MESH, SCALAR_BAR, SURFACE_LOOK, TUBE_SIDES, look_at
+from heartgen.viewing.scene import DARK, MESH, SCALAR_BAR, SURFACE_LOOK, TUBE_SIDES
+from heartgen.viewing.windows import Window
 
 Array = NDArray[np.float64]
 
@@ -62,13 +63,14 @@ def plot_fibers(
     HeartgenError
         If a picture is asked for where there is no graphics library.
     """
-    plotter: Any = empty_scene(window_size, shape=(1, len(DEPTHS)), border=False)
+    window = Window(True, screenshot, window_size)
+    plotter = window.empty(shape=(1, len(DEPTHS)), border=False)
     for column, name in enumerate(DEPTHS):
         plotter.subplot(0, column)
         plotter.add_text(name, position=(0.05, 0.92), font_size=11, color=DARK, viewport=True)
         add_fibers(plotter, mesh, name, rule, key=column == 1)
         look_at(plotter, mesh, frame_of(heart_axes(mesh)))
-    return finished(plotter, screenshot)
+    return window.shown(plotter)
 
 
 def add_fibers(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pyvista as pv
@@ -17,20 +17,14 @@ from heartgen.fields.segments import NO_SEGMENT, SEGMENTS, segments_of_elements
 from heartgen.mesh import HexMesh
 from heartgen.mesh.surface_faces import evaluate_faces
 from heartgen.renamed import takes_former_keywords
+from heartgen.viewing.camera import frame_of, look_at
 from heartgen.viewing.polydata import (
     SUBDIVISION,
     mesh_surface,
     on_surface,
 )
-from heartgen.viewing.scene import (
-    DARK,
-    MESH,
-    SCALAR_BAR,
-    SURFACE_LOOK,
-    add_edges,
-    look_at,
-    require_graphics,
-)
+from heartgen.viewing.scene import DARK, MESH, SURFACE_LOOK, add_edges, add_scalar_surface
+from heartgen.viewing.windows import Window
 
 Array = NDArray[np.float64]
 
@@ -124,7 +118,8 @@ def plot_field(
         raise InputError(
             f"coloring {color!r} is not known: choose {', '.join(FIELD_STYLES)} or aha"
         )
-    plotter: Any = empty_scene(window_size)
+    window = Window(True, screenshot, window_size)
+    plotter = window.empty()
     axes = heart_axes(mesh, septal_direction)
     if color == "aha":
         add_segments(plotter, mesh, axes)
@@ -132,7 +127,7 @@ def plot_field(
         add_scalars(plotter, mesh, FIELD_STYLES[color], septal_direction)
     add_edges(plotter, mesh)
     look_at(plotter, mesh, frame_of(axes))
-    return finished(plotter, screenshot)
+    return window.shown(plotter)
 
 
 def segment_color(segment: int) -> str:
@@ -147,52 +142,6 @@ def segment_color(segment: int) -> str:
         return MESH
     level, place = divmod(segment - 1, AROUND)
     return SEGMENT_COLORS[(place + TURN[level]) % AROUND if segment < max(SEGMENTS) else -1]
-
-
-def empty_scene(window_size: tuple[int, int], **options: Any) -> pv.Plotter:
-    """An empty white scene that opens no window.
-
-    Parameters
-    ----------
-    window_size : (int, int)
-        Pixels.
-    **options : object
-        Passed on to `pyvista.Plotter`.
-    """
-    with pv.vtk_verbosity("off"):  # that there is no screen is no news
-        plotter: Any = pv.Plotter(off_screen=True, window_size=list(window_size), **options)
-    plotter.set_background("white", all_renderers=True)
-    return cast("pv.Plotter", plotter)
-
-
-def finished(plotter: pv.Plotter, screenshot: str | Path | None) -> pv.Plotter:
-    """The scene, and its picture if one was asked for.
-
-    Parameters
-    ----------
-    plotter : pyvista.Plotter
-        Holds the scene.
-    screenshot : path or None
-        Picture to write (PNG); None for none.
-    """
-    if screenshot is not None:
-        require_graphics(plotter)
-        plotter.screenshot(filename=screenshot)
-    return plotter
-
-
-def frame_of(axes: HeartAxes) -> Array:
-    """Heart to world (4, 4): x to the septum, y to the anterior wall, z to the base.
-
-    Parameters
-    ----------
-    axes : HeartAxes
-        Of the left ventricle.
-    """
-    frame = np.eye(4)
-    frame[:3, :3] = np.stack([axes.septal, axes.anterior, axes.longitudinal], -1)
-    frame[:3, 3] = axes.base
-    return frame
 
 
 def add_scalars(
@@ -224,16 +173,7 @@ def add_scalars(
     surface = mesh_surface(mesh)
     values = on_surface(made[look.field], mesh.topology)[:, 0]
     surface.point_data[look.field] = values.astype(np.float32)
-    bar: Any = {"title": f"{look.title}\n", "color": DARK, **SCALAR_BAR}
-    plotter.add_mesh(
-        surface,
-        scalars=look.field,
-        cmap=look.colors,
-        clim=look.limits,
-        scalar_bar_args=bar,
-        show_scalar_bar=key,
-        **SURFACE_LOOK,
-    )
+    add_scalar_surface(plotter, surface, look.field, look, key)
 
 
 def add_segments(plotter: Any, mesh: HexMesh, axes: HeartAxes) -> None:

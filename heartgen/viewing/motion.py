@@ -13,11 +13,12 @@ from heartgen import __version__
 from heartgen.comparison import Comparison
 from heartgen.fields import heart_axes
 from heartgen.mesh import HexMesh
-from heartgen.viewing.fields import empty_scene, frame_of
+from heartgen.viewing.camera import frame_of, look_at
 from heartgen.viewing.page import fill_page, scene_page, section_table
 from heartgen.viewing.polydata import mesh_surface
-from heartgen.viewing.scene import DARK, SURFACE_LOOK, add_edges, look_at
+from heartgen.viewing.scene import DARK, SURFACE_LOOK, add_edges
 from heartgen.viewing.states import changes, headline, states
+from heartgen.viewing.windows import Window
 
 LARGE, SMALL = "#56b4e9", "#d55e00"
 """Of the states with the largest and the smallest cavity (palette of Okabe and Ito, 2008)."""
@@ -86,7 +87,7 @@ def plot_change(large: HexMesh, small: HexMesh) -> pv.Plotter:
     small : HexMesh
         Drawn as a surface; mm, world (LPS).
     """
-    plotter: Any = empty_scene((900, 900))
+    plotter: Any = Window(off_screen=True).empty()
     plotter.add_mesh(mesh_surface(small), color=SMALL, name="small", **SURFACE_LOOK)
     add_edges(plotter, small, DARK)
     plotter.add_mesh(

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from pathlib import Path
-from typing import Any, cast
+from typing import Any, Unpack, cast
 
 import numpy as np
 import pyvista as pv
@@ -13,15 +12,9 @@ from heartgen.errors import HeartgenError, InputError, MeshError
 from heartgen.fields import heart_axes
 from heartgen.formats.vtu import LAGRANGE_HEXAHEDRON, lagrange_grid
 from heartgen.mesh import HexMesh, MeshField
-from heartgen.viewing.fields import frame_of
-from heartgen.viewing.scene import (
-    REGION_COLORS,
-    add_edges,
-    add_surface,
-    look_at,
-    require_graphics,
-    require_window,
-)
+from heartgen.viewing.camera import frame_of, look_at
+from heartgen.viewing.scene import REGION_COLORS, add_edges, add_surface
+from heartgen.viewing.windows import Window, WindowOptions
 
 COLORS = ("quality", "region")
 """Colorings that need neither a mask nor fields."""
@@ -56,9 +49,7 @@ def plot_mesh(
     color: str | None = "region",
     *,
     edges: bool = True,
-    off_screen: bool = False,
-    screenshot: str | Path | None = None,
-    window_size: tuple[int, int] = (900, 900),
+    **window: Unpack[WindowOptions],
 ) -> pv.Plotter:
     """Show a mesh, the apex down if that can be told.
 
@@ -70,12 +61,9 @@ def plot_mesh(
         Surface, if all are those of a heart; Jacobian ratio of each element; or one color for all.
     edges : bool
         Show the edges of the elements.
-    off_screen : bool
-        Open no window: the scene is made, to be exported or changed further.
-    screenshot : path, optional
-        Write a picture there (PNG) instead of opening a window.
-    window_size : (int, int)
-        Pixels.
+    **window : WindowOptions
+        ``off_screen``, ``screenshot`` and ``window_size``: see
+        `heartgen.viewing.windows.WindowOptions`.
 
     Returns
     -------
@@ -99,15 +87,8 @@ def plot_mesh(
         raise MeshError("a mesh without named surfaces cannot be shown: to_pyvista gives its cells")
     if not set(mesh.surfaces) <= set(REGION_COLORS):
         color = None if color == "region" else color
-    with pv.vtk_verbosity("off"):  # that there is no screen is no news
-        plotter: Any = pv.Plotter(
-            off_screen=off_screen or screenshot is not None, window_size=list(window_size)
-        )
-    if screenshot is not None:
-        require_graphics(plotter)
-    elif not (off_screen or plotter.notebook):
-        require_window(plotter)
-    plotter.set_background("white")
+    target = Window(**window)
+    plotter: Any = target.empty()
     add_surface(plotter, mesh, cast("Any", color))
     if edges:
         add_edges(plotter, mesh)
@@ -115,8 +96,4 @@ def plot_mesh(
         look_at(plotter, mesh, frame_of(heart_axes(mesh)))
     except HeartgenError:  # no heart: it is seen as it lies
         plotter.reset_camera()
-    if screenshot is not None:
-        plotter.screenshot(filename=screenshot)
-    elif not off_screen:
-        plotter.show()
-    return cast("pv.Plotter", plotter)
+    return target.shown(plotter)

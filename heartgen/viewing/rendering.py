@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import pyvista as pv
 
@@ -15,28 +16,23 @@ from heartgen.images.levelset import LevelSet
 from heartgen.images.mask import Mask
 from heartgen.mesh import HexMesh
 from heartgen.renamed import new_word, takes_former_keywords
+from heartgen.viewing.camera import AZIMUTH, ELEVATION, UPRIGHT, frame_of, look_at
 from heartgen.viewing.fiber_glyphs import DEPTHS, add_fibers
 from heartgen.viewing.fields import (
     FIELD_STYLES,
     add_scalars,
     add_segments,
-    empty_scene,
-    finished,
-    frame_of,
 )
 from heartgen.viewing.polydata import MAX_TRIANGLES, mask_surface, mesh_surface
 from heartgen.viewing.scene import (
-    AZIMUTH,
     DARK,
-    ELEVATION,
     ERROR_LIMIT,
     LIGHT,
     SURFACE_LOOK,
-    UPRIGHT,
     add_edges,
     add_surface,
-    look_at,
 )
+from heartgen.viewing.windows import Window
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -78,6 +74,43 @@ PANEL = 700
 """Pixels of a panel's edge."""
 
 
+class LookOptions(TypedDict, total=False):
+    """How pictures look; `render` takes these by keyword.
+
+    Attributes
+    ----------
+    septal_direction : (3,) float, optional
+        Direction from the left ventricle to the septum, see `heartgen.fields.heart_axes`.
+    edges : bool
+        Draw the edges of the elements, but for fibers.
+    error_limit : float
+        Distance at the end of the color scale, mm.
+    panel : int
+        Pixels of the edge of each picture.
+    """
+
+    septal_direction: Sequence[float] | None
+    edges: bool
+    error_limit: float
+    panel: int
+
+
+@dataclass(frozen=True)
+class Look:
+    """How pictures look.
+
+    Attributes
+    ----------
+    septal_direction, edges, error_limit, panel : as of `LookOptions`
+        With edges, up to `ERROR_LIMIT` and of `PANEL` pixels if omitted.
+    """
+
+    septal_direction: Sequence[float] | None = None
+    edges: bool = True
+    error_limit: float = ERROR_LIMIT
+    panel: int = PANEL
+
+
 @takes_former_keywords
 def render(
     mesh: HexMesh,
@@ -87,10 +120,7 @@ def render(
     views: Sequence[str] = ("oblique",),
     mask: Mask | Anatomy | None = None,
     other: HexMesh | None = None,
-    septal_direction: Sequence[float] | None = None,
-    edges: bool = True,
-    error_limit: float = ERROR_LIMIT,
-    panel: int = PANEL,
+    **look: Unpack[LookOptions],
 ) -> pv.Plotter:
     """Draw a mesh for print, as many pictures in one as there are colorings and views.
 
@@ -109,14 +139,8 @@ def render(
         usual options; under others, the surface fitted may be another: give the anatomy.
     other : HexMesh, optional
         For ``change``.
-    septal_direction : (3,) float, optional
-        Direction from the left ventricle to the septum, see `heartgen.fields.heart_axes`.
-    edges : bool
-        Draw the edges of the elements, but for fibers.
-    error_limit : float
-        Distance at the end of the color scale, mm.
-    panel : int
-        Pixels of the edge of each picture.
+    **look : LookOptions
+        ``septal_direction``, ``edges``, ``error_limit`` and ``panel``: see `LookOptions`.
 
     Returns
     -------
@@ -133,21 +157,22 @@ def render(
     _check(colors, views, mask, other)
     level = None if NEEDS_MASK.isdisjoint(colors) else _level(mask)
     shape = (len(colors), len(views))
-    size = (panel * shape[1], panel * shape[0])
-    plotter: Any = empty_scene(size, shape=shape, border=False)
-    axes = heart_axes(mesh, septal_direction)
+    drawn = Look(**look)
+    window = Window(True, screenshot, (drawn.panel * shape[1], drawn.panel * shape[0]))
+    plotter: Any = window.empty(shape=shape, border=False)
+    axes = heart_axes(mesh, drawn.septal_direction)
     for row, color in enumerate(colors):
-        add = _adder(mesh, color, level, other, septal_direction, error_limit)
+        add = _adder(mesh, color, level, other, drawn)
         for column, view in enumerate(views):
             plotter.subplot(row, column)
             add(plotter, column == len(views) // 2)
-            if edges and color not in FIBERS:
+            if drawn.edges and color not in FIBERS:
                 add_edges(plotter, mesh, LIGHT if color == "error" else DARK)
             if len(views) > 1 and row == 0:
                 _name(plotter, view)
             look_at(plotter, mesh, frame_of(axes), *VIEWS[view])
             plotter.camera.zoom(ROOM)
-    return finished(plotter, screenshot)
+    return window.shown(plotter)
 
 
 def _check(
@@ -181,22 +206,21 @@ def _adder(
     color: str,
     level: LevelSet | None,
     other: HexMesh | None,
-    septal_direction: Sequence[float] | None,
-    error_limit: float,
+    look: Look,
 ) -> Callable[[Any, bool], None]:
     """What adds the surfaces of a row to a panel, with or without the key of their colors."""
     if color in FIELD_STYLES:
         return lambda plotter, key: add_scalars(
-            plotter, mesh, FIELD_STYLES[color], septal_direction, key
+            plotter, mesh, FIELD_STYLES[color], look.septal_direction, key
         )
     if color in FIBERS:
         return lambda plotter, key: add_fibers(plotter, mesh, FIBERS[color], key=key)
     if color == "aha":
-        axes = heart_axes(mesh, septal_direction)
+        axes = heart_axes(mesh, look.septal_direction)
         return lambda plotter, key: add_segments(plotter, mesh, axes)
     if color in ("error", "quality", "region"):
         known: Any = color
-        return lambda plotter, key: add_surface(plotter, mesh, known, level, error_limit, key)
+        return lambda plotter, key: add_surface(plotter, mesh, known, level, look.error_limit, key)
     surface = mesh_surface(mesh)
     layers: list[tuple[pv.PolyData, str]] = [(surface, WHITE)]
     if color == "overlay" and level is not None:

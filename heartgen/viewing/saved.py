@@ -9,19 +9,17 @@ import numpy as np
 import pyvista as pv
 
 from heartgen.anatomy import Anatomy
+from heartgen.viewing.camera import aim, camera_around
 from heartgen.viewing.polydata import mask_surface, to_mask, to_surface
 from heartgen.viewing.scene import (
     EDGE_RADIUS,
-    ERROR_LIMIT,
     LIGHT,
-    MASK,
-    MASK_OPACITY,
     SURFACE_LOOK,
     TUBE_SIDES,
-    VIEW_ANGLE,
-    camera_around,
+    add_mask,
     color_scale,
 )
+from heartgen.viewing.windows import Window
 
 SUBDIVISION = 2
 """Halvings of a curved cell's edge for the picture: 4 flat pieces."""
@@ -52,9 +50,7 @@ def plot_saved(mesh: Path, anatomy: Anatomy) -> Any:
     points = np.asarray(surface.points, dtype=float)
     lean = pv.PolyData(points.astype(np.float32), faces=surface.faces)
     lean.point_data["error"] = to_mask(points, anatomy.myocardium).astype(np.float32)
-    with pv.vtk_verbosity("off"):  # that there is no screen is no news
-        plotter: Any = pv.Plotter(off_screen=True)
-    plotter.set_background("white")
+    plotter: Any = Window(off_screen=True).empty()
     scale = color_scale("error")
     plotter.add_mesh(
         lean,
@@ -70,23 +66,10 @@ def plot_saved(mesh: Path, anatomy: Anatomy) -> Any:
     tubes = lines.tube(radius=radius, n_sides=TUBE_SIDES)
     tubes.clear_data()
     plotter.add_mesh(tubes, color=LIGHT, name="edges")
-    _add_mask(plotter, anatomy, lean)
-    frame = anatomy.frame[:3, :3]
+    mask = mask_surface(anatomy.myocardium, TRIANGLES)
+    away = to_surface(np.asarray(mask.points), lean.compute_normals(split_vertices=False))
+    add_mask(plotter, mask, away)
     eye, center = camera_around(anatomy.to_heart(points))
-    place = anatomy.to_world(np.stack([center, eye]))
-    plotter.camera.focal_point, plotter.camera.position = place
-    plotter.camera.up = frame[:, 2]
-    plotter.camera.view_angle = VIEW_ANGLE
+    eye, center = anatomy.to_world(np.stack([eye, center]))
+    aim(plotter, eye, center, anatomy.frame[:3, 2])
     return plotter
-
-
-def _add_mask(plotter: Any, anatomy: Anatomy, surface: pv.PolyData) -> None:
-    """The surface of the mask, the more visible the farther it is from that of the mesh."""
-    shown = mask_surface(anatomy.myocardium, TRIANGLES)
-    away = to_surface(np.asarray(shown.points), surface.compute_normals(split_vertices=False))
-    rgba = np.empty((shown.n_points, 4), dtype=np.uint8)
-    rgba[:, :3] = pv.Color(MASK).int_rgb
-    rgba[:, 3] = np.round(255 * MASK_OPACITY * np.clip(away / ERROR_LIMIT, 0, 1))
-    shown.point_data["color"] = rgba
-    actor = plotter.add_mesh(shown, scalars="color", rgb=True, smooth_shading=True, name="mask")
-    actor.ForceTranslucentOn()

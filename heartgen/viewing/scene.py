@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from ctypes.util import find_library
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, Protocol, Unpack
 
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from heartgen.errors import HeartgenError, InputError
+from heartgen.errors import InputError
 from heartgen.mesh import HexMesh
+from heartgen.viewing.camera import look_at
 from heartgen.viewing.card import SURFACE_NAMES
 from heartgen.viewing.polydata import (
     MAX_TRIANGLES,
@@ -22,6 +21,7 @@ from heartgen.viewing.polydata import (
     to_mask,
     to_mesh,
 )
+from heartgen.viewing.windows import Window, WindowOptions
 
 if TYPE_CHECKING:
     from heartgen.images.levelset import LevelSet
@@ -79,20 +79,21 @@ SURFACE_LOOK: Any = {
 }
 """Of the surface of a mesh, for PyVista."""
 
-ELEVATION = 30.0
-"""Degrees above the plane across the long axis from which one looks, to see into the cavity."""
 
-AZIMUTH = -60.0
-"""Degrees around the long axis, from the wider axis of the pool, at which one stands."""
+class Colors(Protocol):
+    """Title, map and limits of the colors of a scalar; without limits, they are its own."""
 
-UPRIGHT = 90.0
-"""Elevation straight from above, degrees."""
+    @property
+    def title(self) -> str:
+        """With the unit."""
 
-VIEW_ANGLE = 30.0
-"""Degrees the camera sees; browsers know only this one, the default of VTK."""
+    @property
+    def colors(self) -> str:
+        """A map of matplotlib."""
 
-FILL = 1.05
-"""Height of the view over that of the ball around the mesh."""
+    @property
+    def limits(self) -> tuple[float, float] | None:
+        """Values at the ends."""
 
 
 @dataclass(frozen=True)
@@ -129,11 +130,6 @@ def color_scale(color: str, error_limit: float = ERROR_LIMIT) -> Scale:
     return Scale("Jacobian ratio of the element", "cividis", (0.0, 1.0))
 
 
-LAST_RESORT = "vtkOSOpenGLRenderWindow"
-WITHOUT_SCREEN = ("vtkEGLRenderWindow", LAST_RESORT)
-"""Classes of VTK's windows that are none."""
-
-
 def plot(
     result: Personalization,
     *,
@@ -141,9 +137,7 @@ def plot(
     mask: bool = True,
     edges: bool = True,
     error_limit: float = ERROR_LIMIT,
-    off_screen: bool = False,
-    screenshot: str | Path | None = None,
-    window_size: tuple[int, int] = (900, 900),
+    **window: Unpack[WindowOptions],
 ) -> pv.Plotter:
     """Show the mesh over the mask's surface, the apex down.
 
@@ -160,12 +154,9 @@ def plot(
         Show the edges of the elements.
     error_limit : float
         Distance at the end of the color scale, mm.
-    off_screen : bool
-        Open no window: the scene is made, to be exported or changed further.
-    screenshot : path, optional
-        Write a picture there (PNG) instead of opening a window.
-    window_size : (int, int)
-        Pixels.
+    **window : WindowOptions
+        ``off_screen``, ``screenshot`` and ``window_size``: see
+        `heartgen.viewing.windows.WindowOptions`.
 
     Returns
     -------
@@ -180,68 +171,16 @@ def plot(
     """
     if color not in ("error", "quality", "region", None):
         raise InputError(f"coloring {color!r} is not known: choose error, quality or region")
-    with pv.vtk_verbosity("off"):  # that there is no screen is no news
-        plotter: Any = pv.Plotter(
-            off_screen=off_screen or screenshot is not None, window_size=list(window_size)
-        )
-    if screenshot is not None:
-        require_graphics(plotter)
-    elif not (off_screen or plotter.notebook):
-        require_window(plotter)
-    plotter.set_background("white")
+    target = Window(**window)
+    plotter = target.empty()
     add_surface(plotter, result.mesh, color, result.anatomy.myocardium, error_limit)
     if edges:
         add_edges(plotter, result.mesh, LIGHT if color == "error" else DARK)
     if mask:
-        _add_mask(plotter, result, error_limit)
-    _place_camera(plotter, result)
-    if screenshot is not None:
-        plotter.screenshot(filename=screenshot)
-    elif not off_screen:
-        plotter.show()
-    return cast("pv.Plotter", plotter)
-
-
-def can_render(plotter: Any) -> bool:
-    """Whether there is a graphics library to draw with.
-
-    Parameters
-    ----------
-    plotter : pyvista.Plotter
-        Of the scene.
-    """
-    last_resort = plotter.render_window.GetClassName() == LAST_RESORT
-    return not last_resort or find_library("OSMesa") is not None
-
-
-def require_graphics(plotter: Any) -> None:
-    """Refuse to draw where VTK would crash: it falls back on OSMesa even where there is none.
-
-    Parameters
-    ----------
-    plotter : pyvista.Plotter
-        Of the scene.
-    """
-    if not can_render(plotter):
-        raise HeartgenError(
-            "pictures of the mesh need a graphics library, and this machine has none: install "
-            "libegl1 and libgl1-mesa-dri, or make a page with view_html and open it in a browser"
-        )
-
-
-def require_window(plotter: Any) -> None:
-    """Refuse to open a window where there is no screen: VTK would show nothing.
-
-    Parameters
-    ----------
-    plotter : pyvista.Plotter
-        Of the scene.
-    """
-    if plotter.render_window.GetClassName() in WITHOUT_SCREEN:
-        raise HeartgenError(
-            "there is no screen to open a window on: write a picture with "
-            'plot(screenshot="mesh.png"), or show it in a notebook'
-        )
+        surface = mask_surface(result.anatomy.myocardium, MAX_TRIANGLES)
+        add_mask(plotter, surface, to_mesh(surface.points, result.mesh), error_limit)
+    look_at(plotter, result.mesh, result.anatomy.frame)
+    return target.shown(plotter)
 
 
 def add_surface(
@@ -286,17 +225,7 @@ def add_surface(
             assert myocardium is not None
             error = to_mask(surface.points, myocardium)
             surface.point_data["error"] = error.astype(np.float32)
-        scale = color_scale(color, error_limit)
-        bar: Any = {"title": f"{scale.title}\n", "color": DARK, **SCALAR_BAR}
-        plotter.add_mesh(
-            surface,
-            scalars=color,
-            cmap=scale.colors,
-            clim=scale.limits,
-            scalar_bar_args=bar,
-            show_scalar_bar=key,
-            **look,
-        )
+        add_scalar_surface(plotter, surface, color, color_scale(color, error_limit), key)
 
 
 def add_edges(plotter: Any, mesh: HexMesh, color: str = DARK) -> None:
@@ -317,75 +246,56 @@ def add_edges(plotter: Any, mesh: HexMesh, color: str = DARK) -> None:
     plotter.add_mesh(tubes, color=color, smooth_shading=True, name="edges")
 
 
-def _add_mask(plotter: pv.Plotter, result: Personalization, error_limit: float) -> None:
-    """The surface of the mask, the more visible the farther it is from the mesh."""
-    surface = mask_surface(result.anatomy.myocardium, MAX_TRIANGLES)
-    share = np.clip(to_mesh(surface.points, result.mesh) / error_limit, 0, 1)
+def add_mask(
+    plotter: Any, surface: pv.PolyData, distance: Array, error_limit: float = ERROR_LIMIT
+) -> None:
+    """Add the surface of a mask, the more visible the farther it is from the mesh.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+        Drawn into.
+    surface : pyvista.PolyData
+        Of the mask; it gets colors.
+    distance : (n,) float64
+        Of its points from the mesh, mm.
+    error_limit : float
+        Distance at which it is most visible, mm.
+    """
     rgba = np.empty((surface.n_points, 4), dtype=np.uint8)
     rgba[:, :3] = pv.Color(MASK).int_rgb
-    rgba[:, 3] = np.round(255 * MASK_OPACITY * share)
+    rgba[:, 3] = np.round(255 * MASK_OPACITY * np.clip(distance / error_limit, 0, 1))
     surface.point_data["color"] = rgba
     actor = plotter.add_mesh(surface, scalars="color", rgb=True, smooth_shading=True, name="mask")
     actor.ForceTranslucentOn()
 
 
-def camera_around(
-    points: Array, azimuth: float = AZIMUTH, elevation: float = ELEVATION
-) -> tuple[Array, Array]:
-    """Place the camera so that points are in view.
-
-    Parameters
-    ----------
-    points : (n, 3) float64
-        mm, heart frame.
-    azimuth, elevation : float
-        Degrees around the long axis and above the plane across it from which one looks.
-
-    Returns
-    -------
-    eye, center : (3,) float64
-        Where the camera is, and what it looks at.
-    """
-    center = (points.min(0) + points.max(0)) / 2
-    radius = float(np.linalg.norm(points - center, axis=1).max())
-    around, above = np.radians([azimuth, elevation])
-    towards = np.array(
-        [np.cos(around) * np.cos(above), np.sin(around) * np.cos(above), np.sin(above)]
-    )
-    return center + FILL * radius / np.sin(np.radians(VIEW_ANGLE / 2)) * towards, center
-
-
-def _place_camera(plotter: pv.Plotter, result: Personalization) -> None:
-    """Look at the mesh from the side and a little from above, the base up."""
-    look_at(plotter, result.mesh, result.anatomy.frame)
-
-
-def look_at(
-    plotter: Any,
-    mesh: HexMesh,
-    frame: Array,
-    azimuth: float = AZIMUTH,
-    elevation: float = ELEVATION,
+def add_scalar_surface(
+    plotter: Any, surface: pv.PolyData, name: str, scale: Colors, key: bool = True
 ) -> None:
-    """Place the camera of a plotter so that a mesh stands upright.
+    """Add a surface in the colors of a scalar, with their key below.
 
     Parameters
     ----------
     plotter : pyvista.Plotter
-        Whose camera is placed.
-    mesh : HexMesh
-        mm, world (LPS).
-    frame : (4, 4) float64
-        Heart to world: z from apex to base, x to the right ventricle or along the wider axis. mm.
-    azimuth, elevation : float
-        As of `camera_around`; straight from above or below, y is up.
+        Drawn into.
+    surface : pyvista.PolyData
+        Of a mesh, with the scalar.
+    name : str
+        Of the scalar.
+    scale : Colors
+        Such as a `Scale`.
+    key : bool
+        Show what the colors mean.
     """
-    rotation, origin = frame[:3, :3], frame[:3, 3]
-    points = (mesh.lagrange_points().reshape(-1, 3) - origin) @ rotation
-    eye, center = camera_around(points, azimuth, elevation)
-    place = np.stack([center, eye]) @ rotation.T + origin
-    plotter.camera.focal_point = place[0]
-    plotter.camera.position = place[1]
-    plotter.camera.up = rotation[:, 1 if abs(elevation) == UPRIGHT else 2]
-    plotter.camera.view_angle = VIEW_ANGLE
-    plotter.reset_camera_clipping_range()
+    bar: Any = {"title": f"{scale.title}\n", "color": DARK, **SCALAR_BAR}
+    plotter.add_mesh(
+        surface,
+        scalars=name,
+        cmap=scale.colors,
+        clim=scale.limits,
+        scalar_bar_args=bar,
+        show_scalar_bar=key,
+        name="mesh",
+        **SURFACE_LOOK,
+    )

@@ -17,8 +17,10 @@ import ipywidgets as widgets
 import numpy as np
 import pyvista as pv
 
+from heartgen.viewing.camera import camera_around
 from heartgen.viewing.page import scene_page
-from heartgen.viewing.scene import AMBIENT, SPECULAR, SPECULAR_POWER, camera_around, can_render
+from heartgen.viewing.scene import AMBIENT, SPECULAR, SPECULAR_POWER
+from heartgen.viewing.windows import can_render
 from heartgen.widgets.mesh_scene import Scene
 from heartgen.widgets.parts import SETTLING
 

@@ -11,7 +11,7 @@ from heartgen.mesh import MeshField
 from heartgen.viewing.fiber_glyphs import plot_fibers
 from heartgen.viewing.fields import FIELD_STYLES, plot_field, segment_color
 from heartgen.viewing.polydata import mesh_surface, on_surface
-from heartgen.viewing.scene import can_render
+from heartgen.viewing.windows import can_render
 
 
 def test_fields_are_evaluated_where_the_surface_is(result):
