@@ -164,3 +164,32 @@ def test_no_module_imports_itself_in_a_circle(repository: Path) -> None:
         TopologicalSorter(graph).prepare()
     except CycleError as error:
         pytest.fail(" imports ".join(reversed(error.args[1])))
+
+
+LONGEST = 350
+"""Lines of a module: past these there is a second idea in it."""
+
+STILL_LONGER = {"heartgen.widgets.mesh_scene", "heartgen.widgets.session"}
+"""Modules that are yet to be parted."""
+
+MOST_PARAMETERS = 7
+"""Of a function: more of them have a name together. Those of a command are its options."""
+
+
+def test_modules_are_short(repository: Path) -> None:
+    lines = {name: len(file.read_text().splitlines()) for name, file in modules(repository).items()}
+    assert {name for name, n in lines.items() if n > LONGEST} <= STILL_LONGER
+
+
+def test_functions_take_few_parameters(repository: Path) -> None:
+    found = {}
+    for module, file in modules(repository).items():
+        if module.startswith("heartgen.cli"):
+            continue
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                a = node.args
+                given = [p for p in [*a.posonlyargs, *a.args, *a.kwonlyargs] if p.arg != "self"]
+                if len(given) > MOST_PARAMETERS:
+                    found[f"{module}.{node.name}"] = [p.arg for p in given]
+    assert not found
