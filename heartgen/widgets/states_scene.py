@@ -14,7 +14,7 @@ from heartgen.fields import heart_axes
 from heartgen.fields.segments import segments_of_elements
 from heartgen.mesh import HexMesh
 from heartgen.viewing.bullseye import Bullseye
-from heartgen.viewing.fields import frame_of
+from heartgen.viewing.camera import frame_of
 from heartgen.viewing.motion import LARGE, OPACITY, SMALL
 from heartgen.viewing.polydata import mesh_edges, mesh_surface
 from heartgen.viewing.scene import DARK, EDGE_RADIUS, MESH, TUBE_SIDES, Scale
