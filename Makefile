@@ -51,7 +51,8 @@ format: $(READY) ## put the code in its agreed form
 	$(BIN)/ruff format .
 
 lock: $(READY) ## bring both locks up to date with pyproject.toml
-	$(LOCK) --extra apps --extra cohort --extra dicom --extra plot --extra dev \
+	$(LOCK) --extra apps --extra cohort --extra dicom --extra plot --extra service \
+	    --extra dev \
 	    --output-file requirements.lock
 	$(LOCK) --extra apps --extra dicom --constraints requirements.lock --no-annotate \
 	    --output-file requirements-app.lock

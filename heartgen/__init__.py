@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from heartgen.options import Options
     from heartgen.pipeline import personalize, personalize_levels
     from heartgen.result import Personalization
+    from heartgen.service.client import Client
 
 __version__ = "0.1.0"
 
@@ -31,6 +32,7 @@ sys.meta_path.insert(0, FormerModules())
 logging.getLogger("heartgen").addHandler(logging.NullHandler())
 
 __all__ = [
+    "Client",
     "HexMesh",
     "Mask",
     "Options",
@@ -49,6 +51,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "Client": "heartgen.service.client",
     "HexMesh": "heartgen.mesh",
     "Mask": "heartgen.images",
     "Options": "heartgen.options",

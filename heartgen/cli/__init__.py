@@ -13,7 +13,7 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     warnings.formatwarning = _sentence
     try:
-        from heartgen.cli.cohort import app
+        from heartgen.cli.operating import app
 
         app(prog_name="heartgen")
     except KeyboardInterrupt:

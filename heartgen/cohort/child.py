@@ -10,6 +10,8 @@ import os
 import pickle
 import signal
 import sys
+import time
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from queue import SimpleQueue
@@ -23,12 +25,18 @@ from heartgen.errors import sentence
 READY = "ready"
 """First answer, once everything is imported."""
 
+PROGRESS_INTERVAL = 0.25
+"""Seconds between two words on how far a step is."""
+
 OOM_SCORE = 800
 """Of 1000: where memory runs out, Linux ends this process before those that keep the results."""
 
 
 def main() -> None:
-    """Answer each job with its rows, or with the reason why it could not be understood."""
+    """Answer each job with its rows, or with the reason why it could not be understood.
+
+    Before, there are pairs of the running step and the share of it that is done.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that the user sees
     with suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text(str(OOM_SCORE))
@@ -46,7 +54,21 @@ def main() -> None:
         except Exception as error:
             _send(sentence(error), answers)
             continue
-        _send(do(job), answers)
+        _send(do(job, _teller(answers)), answers)
+
+
+def _teller(answers: BinaryIO) -> Callable[[str, float], None]:
+    """Progress that is sent: each step once, and then not too often."""
+    last: tuple[str, float] = ("", 0.0)
+
+    def tell(step: str, done: float) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if step != last[0] or now - last[1] > PROGRESS_INTERVAL:
+            last = (step, now)
+            _send((step, float(done)), answers)
+
+    return tell
 
 
 def _own_streams() -> tuple[BinaryIO, BinaryIO]:

@@ -8,7 +8,9 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import Any
@@ -20,6 +22,7 @@ from distributed.protocol.pickle import dumps
 from heartgen.cohort.child import READY
 from heartgen.cohort.job import Job, give_up, rows_of
 from heartgen.cohort.rows import Row
+from heartgen.errors import Cancelled
 
 TRIES = 2
 """Times that a job is tried whose process dies: it may have been killed for another's memory."""
@@ -47,6 +50,26 @@ class NoProcessError(ImportError):
     """No process comes up in which heartgen can work."""
 
 
+@dataclass(frozen=True)
+class Watch:
+    """Who looks at a job while it is done.
+
+    Attributes
+    ----------
+    told : callable
+        Called with the name of the running step and the share of it that is done.
+    stopped : callable
+        Whether the job is no longer wanted; asked again and again.
+    """
+
+    told: Callable[[str, float], None] = lambda step, done: None
+    stopped: Callable[[], bool] = lambda: False
+
+
+UNWATCHED = Watch()
+"""Of a job that nobody looks at."""
+
+
 class _EndedError(Exception):
     """The process has no answer, and why."""
 
@@ -55,7 +78,7 @@ class _DiedError(_EndedError):
     """It ended by itself, or was killed by somebody else."""
 
 
-def do_apart(job: Job, limit: float | None = None) -> list[Row]:
+def do_apart(job: Job, limit: float | None = None, watch: Watch = UNWATCHED) -> list[Row]:
     """Do a job in a process of its own; whatever becomes of that becomes the reason in its rows.
 
     Parameters
@@ -64,6 +87,8 @@ def do_apart(job: Job, limit: float | None = None) -> list[Row]:
         What to do.
     limit : float or None
         Seconds that each of its levels may take; None for as long as it likes.
+    watch : Watch
+        Who looks at it meanwhile.
 
     Returns
     -------
@@ -74,6 +99,8 @@ def do_apart(job: Job, limit: float | None = None) -> list[Row]:
     ------
     NoProcessError
         If no process comes up: that is not for the job's sake.
+    Cancelled
+        If it was stopped; its process has ended then.
     """
     if (done := rows_of(job)) is not None:
         return done
@@ -81,7 +108,7 @@ def do_apart(job: Job, limit: float | None = None) -> list[Row]:
     for _ in range(TRIES):
         child = _idle_child()
         try:
-            answer = child.answer_to(job, limit, _memory())
+            answer = child.answer_to(job, limit, _memory(), watch)
         except _EndedError as ended:
             reason = str(ended)
             if isinstance(ended, _DiedError):
@@ -114,13 +141,17 @@ class _Child:
         Thread(target=self._receive, daemon=True).start()
         self.idle = self.answers.get() == READY
 
-    def answer_to(self, job: Job, limit: float | None, memory: float | None) -> list[Row] | str:
+    def answer_to(
+        self, job: Job, limit: float | None, memory: float | None, watch: Watch
+    ) -> list[Row] | str:
         """Rows of a job, or why they cannot be had; within time (s per level) and memory (bytes).
 
         Raises
         ------
         _EndedError
             If the process died or had to be ended.
+        Cancelled
+            If the job was stopped.
         """
         self.idle = False
         end = None if limit is None else time.monotonic() + limit * len(job.levels)
@@ -129,6 +160,8 @@ class _Child:
             pickle.dump(dumps(job), self.process.stdin)
             self.process.stdin.flush()
         while True:
+            if watch.stopped():
+                raise Cancelled("it was cancelled")
             try:
                 answer = self.answers.get(timeout=TICK)
             except Empty:
@@ -136,6 +169,9 @@ class _Child:
                     raise _EndedError(_too_long(limit or 0.0)) from None
                 if memory is not None and self._memory() > memory:
                     raise _EndedError(_too_large(memory)) from None
+                continue
+            if isinstance(answer, tuple):
+                watch.told(*answer)
                 continue
             if answer is None:
                 raise _DiedError(_death(self.process.wait()))

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from heartgen import pipeline
+from heartgen.clock import Progress
 from heartgen.cohort.case import Case
 from heartgen.cohort.rows import Row, failed_row, row_of
 from heartgen.cohort.threads import one_thread
@@ -88,13 +89,15 @@ class Job:
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 
 
-def do(job: Job) -> list[Row]:
+def do(job: Job, progress: Progress = lambda step, done: None) -> list[Row]:
     """Do a job, unless somebody has; whatever goes wrong becomes the reason in its rows.
 
     Parameters
     ----------
     job : Job
         What to do.
+    progress : callable
+        Called with the name of the running step and the share of it that is done.
 
     Returns
     -------
@@ -110,7 +113,7 @@ def do(job: Job) -> list[Row]:
         with one_thread():
             digest = job.case.digest()
             results = pipeline.personalize_levels(
-                job.case.read(job.options.ventricles), job.levels, job.options
+                job.case.read(job.options.ventricles), job.levels, job.options, progress=progress
             )
             rows = [row_of(job.case, digest, result.report) for result in results]
             return _keep(job, rows, results)

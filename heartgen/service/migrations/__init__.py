@@ -1,0 +1,1 @@
+"""Schemas of the database, each from the one before; Alembic runs them."""
