@@ -1,0 +1,61 @@
+"""What a visitor of the service does: submit, follow, look, publish, find, take away."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("fastapi")
+
+from heartgen import samples
+from heartgen.images.writing import write_mask
+from tests.service.running import Running
+
+pytestmark = pytest.mark.slow
+
+PATIENCE = 240_000
+"""Milliseconds."""
+
+
+@pytest.fixture(scope="module")
+def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    """A service with real fits."""
+    with Running(tmp_path_factory.mktemp("service")) as service:
+        yield service
+
+
+def test_mask_becomes_a_model_of_the_library(browser, running: Running, tmp_path: Path) -> None:
+    write_mask(samples.ideal_cup(4.0).mask, tmp_path / "heart.nii.gz")
+    page = browser.new_page(accept_downloads=True)
+    page.set_default_timeout(PATIENCE)
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto(running.url)
+    page.set_input_files("input[name=mask]", tmp_path / "heart.nii.gz")
+    page.fill("input[name=title]", "From the browser")
+    page.click("summary")
+    page.select_option("select[name='option.optimize']", "no")
+    page.click("main button:text('Submit')")
+    page.wait_for_selector("#state.done")
+    frame = page.frame_locator("iframe")
+    frame.locator("canvas").first.wait_for()
+    assert errors == []
+    page.fill("form[action$=publish] input[name=title]", "A cup")
+    page.fill("input[name=condition]", "healthy")
+    page.check("input[name=no_names]")
+    page.click("main button:text('Publish')")
+    page.wait_for_url("**/library/HG-*/v1")
+    page.click("nav >> text=Library")
+    page.click("aside >> text=healthy")
+    assert page.locator("a.model").count() == 1
+    page.click("a.model")
+    with page.expect_download() as download:
+        page.click(".formats >> text=/^exf$/")
+    download.value.save_as(tmp_path / "mesh.exf")
+    page.close()
+    context = pytest.importorskip("cmlibs.zinc.context").Context("service")
+    region = context.getDefaultRegion()
+    assert region.readFile(str(tmp_path / "mesh.exf")) == 1  # zinc's RESULT_OK
+    assert region.getFieldmodule().findMeshByDimension(3).getSize() == 72
