@@ -82,7 +82,7 @@ def make_app(settings: Settings) -> FastAPI:
     app.add_middleware(Timing, registry=registry)
     if settings.takes_anonymous and settings.is_local:
         # A name that leads here from elsewhere must not make a browser's pages ours.
-        app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOCAL, "[::1]", "testserver"])
+        app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOCAL])
     app.add_exception_handler(HeartgenError, _refused)
     app.add_exception_handler(RequestValidationError, _invalid)
     app.add_exception_handler(SQLAlchemyError, _no_database)

@@ -192,6 +192,19 @@ class Artifacts:
         """
         return self.home / "stop" / f"{job}-{starts}"
 
+    def sweep(self, before: float) -> None:
+        """Remove what workers that were killed left unfinished long ago, and old marks.
+
+        Parameters
+        ----------
+        before : float
+            Seconds since 1970: younger ones may be of a worker that runs.
+        """
+        for each in (*self.results.glob(f"{STAGE}/*"), *(self.home / "stop").iterdir()):
+            with suppress(OSError):
+                if each.stat().st_mtime < before:
+                    self.forget(str(each.relative_to(self.home)))
+
     def clean(self) -> None:
         """Remove what servers that were killed left unfinished; none may be running."""
         for name in ("incoming", *(f"{each}/{STAGE}" for each in ("renditions", "library"))):

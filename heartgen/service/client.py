@@ -30,6 +30,8 @@ LOOK = 1.0
 AGAIN = (429, 502, 503, 504)
 """Answers after which a request is made again."""
 
+NO_ANSWER = "no service answers there ({}): check the address, and that it runs"
+
 ENDS = ("done", "failed", "cancelled")
 
 Progress = Callable[[dict[str, Any]], None]
@@ -280,15 +282,20 @@ class Client:
 
     def _save(self, place: str, folder: Path) -> Path:
         """Save a file under the name that the service gives it."""
-        with self._http.stream("GET", place) as answer:
-            if answer.is_error:
-                answer.read()
-                raise _refusal(answer)
-            said = answer.headers.get("content-disposition", "")
-            name = Path(said.partition('filename="')[2].rstrip('"')).name or "mesh"
-            with replacing(folder / name) as temporary, temporary.open("wb") as file:
-                for block in answer.iter_bytes():
-                    file.write(block)
+        import httpx
+
+        try:
+            with self._http.stream("GET", place) as answer:
+                if answer.is_error:
+                    answer.read()
+                    raise _refusal(answer)
+                said = answer.headers.get("content-disposition", "")
+                name = Path(said.partition('filename="')[2].rstrip('"')).name or "mesh"
+                with replacing(folder / name) as temporary, temporary.open("wb") as file:
+                    for block in answer.iter_bytes():
+                        file.write(block)
+        except httpx.TransportError as error:
+            raise FileError(f"{self.url}: {NO_ANSWER.format(error)}") from error
         return folder / name
 
     def _asked(self, send: Callable[[], httpx.Response]) -> Any:
@@ -300,10 +307,7 @@ class Client:
                 answer = send()
             except httpx.TransportError as error:
                 if tries == TRIES:
-                    raise FileError(
-                        f"{self.url}: no service answers there ({error}): check the address, and "
-                        "that it runs"
-                    ) from error
+                    raise FileError(f"{self.url}: {NO_ANSWER.format(error)}") from error
             else:
                 if answer.status_code not in AGAIN or tries == TRIES:
                     break

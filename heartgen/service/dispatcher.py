@@ -137,7 +137,11 @@ class Dispatcher:
 
     def _begin(self, client: Client, job: Job) -> None:
         """Have a job done, unless it is."""
-        order = self._order(job)
+        try:
+            order = self._order(job)
+        except (HeartgenError, TypeError, LookupError) as error:  # of another version, perhaps
+            self.jobs.finish(job.id, State.FAILED, sentence(error), None)
+            return
         rows = rows_of(order.job)
         if rows is not None:  # by a worker whose server was lost
             self._keep(job, rows)

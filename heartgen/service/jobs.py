@@ -146,7 +146,7 @@ class Jobs:
         """How many jobs are in each state."""
         asked = select(Job.state, func.count()).group_by(Job.state)
         with self.database.reading() as session:
-            found = {state: number for state, number in session.execute(asked).tuples()}
+            found = {state: number for state, number in session.execute(asked)}
         return {state: found.get(state, 0) for state in State}
 
     def claim(self, server: str) -> Job | None:

@@ -171,7 +171,7 @@ class Library:
                         .group_by(getattr(Model, name))
                         .order_by(func.count().desc(), getattr(Model, name))
                         .limit(MOST_VALUES)
-                    ).tuples()
+                    )
                     if value
                 }
                 for name in FACETS

@@ -43,7 +43,9 @@ def remove_old(service: Service, now: float | None = None) -> int:
     int
         How many jobs.
     """
-    before = (time.time() if now is None else now) - service.settings.retention * DAY
+    now = time.time() if now is None else now
+    before = now - service.settings.retention * DAY
+    service.artifacts.sweep(now - DAY)
     old = select(Job).where(Job.state.in_(ENDS), Job.finished < before).limit(AT_ONCE)
     removed = 0
     while True:

@@ -34,7 +34,7 @@ BODY_LIMIT = MB
 """Bytes of a request that brings no upload."""
 
 WRONG_TRIES = 30
-"""Wrong tokens in a minute from one address, after which it is not asked any more."""
+"""Wrong tokens in a minute from one address, after which they are not even told to be wrong."""
 
 POLICY = (
     "default-src 'self'; img-src 'self' data:; style-src 'self'; script-src 'self'; "
@@ -108,12 +108,10 @@ async def caller_of(
             token = None
     caller: Caller | None = None
     if token is not None:
-        wrong = RateLimitItemPerMinute(WRONG_TRIES)
-        if not _limiter.test(wrong, "wrong", address):
-            raise HTTPException(429, "too many wrong tokens: wait a minute")
         caller = await run_in_threadpool(service.tokens.caller, token)
-        if caller is None:
-            _limiter.hit(wrong, "wrong", address)
+        wrong = RateLimitItemPerMinute(WRONG_TRIES)
+        if caller is None and not _limiter.hit(wrong, "wrong", address):
+            raise HTTPException(429, "too many wrong tokens: wait a minute")
     elif service.settings.takes_anonymous and "authorization" not in request.headers:
         if not is_own(request):
             raise HTTPException(403, "another site's page may not ask this: use the service itself")

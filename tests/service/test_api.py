@@ -74,7 +74,7 @@ def test_cancelled_job_stays_cancelled(client: TestClient, service: Service, mas
         ({"options": '{"lods": 1}'}, "did you mean 'lod'"),
         ({"options": "[1]"}, "not a JSON object"),
         ({"options": "{" * 5000}, "not a JSON object"),
-        ({"labels": "nonsense"}, "nonsense"),
+        ({"labels": "lv_myocardium="}, "are not roles"),
         ({"rv_wall": "thick"}, "not a number"),
         ({"title": "a\x00b"}, "control characters"),
         ({"email": "somebody@example.org"}, "sends no mail"),
