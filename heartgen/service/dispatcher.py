@@ -12,7 +12,7 @@ from distributed import Client, Future
 from distributed.scheduler import KilledWorker
 from sqlalchemy.exc import SQLAlchemyError
 
-from heartgen.cohort.cases import Case
+from heartgen.cohort.case import Case
 from heartgen.cohort.cluster import DEATH, connected
 from heartgen.cohort.job import Job as Work
 from heartgen.cohort.job import rows_of
