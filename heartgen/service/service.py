@@ -21,13 +21,8 @@ class Service:
 
     Attributes
     ----------
-    settings : Settings
-    database : Database
-    artifacts : Artifacts
-    jobs : Jobs
-    tokens : Tokens
-    renditions : Renditions
-    library : Library
+    database, artifacts, jobs, tokens, renditions, library : object
+        Each of the class of that name.
     secret : bytes
         Key that signs what forms bring back.
     """
