@@ -7,6 +7,7 @@ import pwd
 import shutil
 import socket
 import subprocess
+import tempfile
 import uuid
 from pathlib import Path
 from typing import Any
@@ -30,18 +31,15 @@ def free_port() -> int:
 class Postgres:
     """A PostgreSQL server of the tests' own."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self) -> None:
         found = sorted(Path("/usr/lib/postgresql").glob("*/bin"))
         self.bin = found[-1] if found else Path(shutil.which("initdb") or "").parent
         # The server refuses to run for root.
         self.user = "postgres" if os.getuid() == 0 else pwd.getpwuid(os.getuid()).pw_name
-        self.folder, self.port = folder / "pg", free_port()
-        self.folder.mkdir()
+        # Not below pytest's folders: each pytest that starts closes them to other users.
+        self.folder, self.port = Path(tempfile.mkdtemp(prefix="heartgen-pg-")), free_port()
         if os.getuid() == 0:
-            for path in (self.folder, *self.folder.parents[:3]):
-                if path != Path("/tmp") and path.stat().st_uid == 0:
-                    path.chmod(0o755)
-            shutil.chown(self.folder, "postgres")
+            shutil.chown(self.folder, self.user)
         self.run("initdb", "-D", self.data, "-A", "trust", "-U", "postgres", "--no-sync")
 
     @property
@@ -66,6 +64,11 @@ class Postgres:
 
     def stop(self) -> None:
         self.run("pg_ctl", "-D", self.data, "-w", "-m", "immediate", "stop")
+
+    def remove(self) -> None:
+        """Stop, and leave nothing."""
+        self.stop()
+        shutil.rmtree(self.folder)
 
     def fresh(self) -> str:
         """Address of an empty database."""
