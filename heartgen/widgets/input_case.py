@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from heartgen.errors import HeartgenError, InputError, notes_of
+from heartgen.wording import worded_for
+
 if TYPE_CHECKING:
     from heartgen.anatomy import Anatomy
     from heartgen.images import Mask
@@ -17,6 +20,9 @@ BLOCK = 1 << 20
 
 BINARY = "binary"
 """Scheme of a file that is no label map."""
+
+AUTO = "auto"
+"""Scheme of a label map that says by its labels which it is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +50,24 @@ class InputCase:
     def name(self) -> str:
         """Name of the mask."""
         return self.mask.name
+
+
+class LabelMapError(InputError):
+    """A file was read as a mask, and is a label map.
+
+    Parameters
+    ----------
+    error : InputError
+        Why it is no mask.
+    scheme : str
+        By which it can be read, as of `load_file`.
+    """
+
+    def __init__(self, error: InputError, scheme: str) -> None:
+        super().__init__(str(error))
+        self.scheme = scheme
+        for note in notes_of(error):
+            self.add_note(note)
 
 
 @dataclass(frozen=True)
@@ -119,6 +143,7 @@ def load_sample(name: str) -> InputCase:
     return InputCase(sample.mask, code, digest.hexdigest(), sample.description)
 
 
+@worded_for("page")
 def load_file(path: Path, scheme: str = BINARY, frame: str = "") -> InputCase:
     """Read a mask or a label map.
 
@@ -138,7 +163,8 @@ def load_file(path: Path, scheme: str = BINARY, frame: str = "") -> InputCase:
     Raises
     ------
     InputError
-        With one sentence that says what is wrong, where, and what to do.
+        With one sentence that says what is wrong, where, and what to do; a `LabelMapError` where
+        the file is a label map that would be read as such.
     """
     from heartgen import read_labels, read_mask
     from heartgen.images.schemes import scheme_from_text
@@ -146,7 +172,12 @@ def load_file(path: Path, scheme: str = BINARY, frame: str = "") -> InputCase:
     chosen = frame.strip() or None
     told = "" if chosen is None else f", frame={chosen!r}"
     if scheme == BINARY:
-        mask = read_mask(path, frame=chosen)
+        try:
+            mask = read_mask(path, frame=chosen)
+        except InputError as error:
+            if _is_label_map(path, chosen):
+                raise LabelMapError(error, AUTO) from error
+            raise
         code = f"heartgen.read_mask({path.name!r}{told})"
     else:
         labeling = scheme_from_text(scheme)
@@ -155,6 +186,18 @@ def load_file(path: Path, scheme: str = BINARY, frame: str = "") -> InputCase:
     return InputCase(mask, code, _digest(path))
 
 
+def _is_label_map(path: Path, frame: str | None) -> bool:
+    """Whether a file can be read as a label map of a known scheme."""
+    from heartgen import read_labels
+
+    try:
+        read_labels(path, AUTO, frame=frame)
+    except HeartgenError:
+        return False
+    return True
+
+
+@worded_for("page")
 def analyze_case(case: InputCase, options: Options) -> Anatomy:
     """Measure the heart in a case, as the pipeline will.
 

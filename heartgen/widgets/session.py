@@ -16,12 +16,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from traitlets import Any as AnyTrait
-from traitlets import Dict, HasTraits, Instance, Int, List, Unicode, observe
+from traitlets import Bool, Dict, HasTraits, Instance, Int, List, Unicode, observe
 
 from heartgen.errors import HeartgenError, sentence
 from heartgen.options import ANALYZED
 from heartgen.widgets.costs import Costs
-from heartgen.widgets.input_case import BINARY, InputCase, analyze_case, load_file, load_sample
+from heartgen.widgets.input_case import (
+    BINARY,
+    InputCase,
+    LabelMapError,
+    analyze_case,
+    load_file,
+    load_sample,
+)
 from heartgen.widgets.memory import release_memory
 from heartgen.widgets.run_options import RunOptions
 from heartgen.widgets.runs import Outcome, Post, Run
@@ -53,6 +60,10 @@ class Session(HasTraits):
         What is being read or measured; empty when nothing is.
     complaint : str
         Why the last input was refused, or its heart cannot be measured.
+    awaited : bool
+        An input was asked for that is not the case: it is being read, or was refused.
+    offer : str
+        Scheme of labels by which a file that was refused as a mask can be read.
     choices : RunOptions
     runs : list of Run
         The newest last.
@@ -69,6 +80,8 @@ class Session(HasTraits):
     anatomy = AnyTrait(None, allow_none=True)
     reading = Unicode("")
     complaint = Unicode("")
+    awaited = Bool(False)
+    offer = Unicode("")
     choices = Instance(RunOptions)
     runs: List[Run] = List()
     outcomes: List[Outcome] = List()
@@ -145,6 +158,10 @@ class Session(HasTraits):
         """
         if self.case is None:
             raise HeartgenError("there is no mask to mesh yet: choose a sample or upload one")
+        if self.awaited or self.complaint:
+            raise HeartgenError(
+                "the input was refused or is not read yet: choose one, or wait"
+            )
         options = self.choices.options()
         case, anatomy = self.case, self._anatomy_for(options)
         levels = levels or (options.lod,)
@@ -171,7 +188,16 @@ class Session(HasTraits):
         sentence : str
             What is wrong, and what to do.
         """
+        self.awaited = True
         self._complain(self._new_ask(), sentence)
+
+    def keep(self) -> None:
+        """Go on with the case there was before an input was refused."""
+        self._new_ask()
+        with self.hold_trait_notifications():
+            self.awaited, self.reading, self.complaint, self.offer = False, "", "", ""
+        self._measure_anew()
+        self._judge_steps()
 
     def show(self, outcome: Outcome) -> None:
         """Look at a mesh; the input becomes the one it was made of.
@@ -181,13 +207,13 @@ class Session(HasTraits):
         outcome : Outcome
             The mesh.
         """
-        if outcome.case is not self.case:
+        if outcome.case is not self.case or self.awaited:
             self._new_ask()
             with self.hold_trait_notifications():
                 self.case = outcome.case
                 self.anatomy = outcome.result.anatomy
                 self._measured = _measured(outcome.case, outcome.result.options)
-                self.reading, self.complaint = "", ""
+                self.awaited, self.reading, self.complaint, self.offer = False, "", "", ""
         self.shown = outcome
         self._judge_steps()
 
@@ -227,7 +253,7 @@ class Session(HasTraits):
             if run.phase == "waiting":
                 run.cancel()
         with self.hold_trait_notifications():
-            self.reading, self.complaint = doing, ""
+            self.awaited, self.reading, self.complaint, self.offer = True, doing, "", ""
         self._judge_steps()
         return self._pool.submit(self._work_on_input, self._new_ask(), make)
 
@@ -252,7 +278,8 @@ class Session(HasTraits):
             return make()
         except Exception as error:
             said = sentence(error)
-        self.post(lambda: self._complain(ask, said))
+            offer = error.scheme if isinstance(error, LabelMapError) else ""
+        self.post(lambda: self._complain(ask, said, offer))
         return None
 
     def _new_ask(self) -> int:
@@ -269,6 +296,7 @@ class Session(HasTraits):
             self.anatomy = None
             self.shown = None
             self.case = case
+            self.awaited = False
             self.reading = f"measuring the heart in {case.name}"
         self._judge_steps()
 
@@ -293,26 +321,34 @@ class Session(HasTraits):
                 f"the page itself failed ({type(error).__name__}: {error}): please report it",
             )
 
-    def _complain(self, ask: int, sentence: str) -> None:
+    def _complain(self, ask: int, sentence: str, offer: str = "") -> None:
         if ask != self._ask:
             return
         with self.hold_trait_notifications():
-            self.reading, self.complaint = "", sentence
+            self.reading, self.complaint, self.offer = "", sentence, offer
         self._judge_steps()
 
     def _chosen(self, change: Any) -> None:
         """Measure anew where a choice changes what the shape analysis sees."""
         self.cost_revision += 1
-        if change["name"] in ANALYZED and self.case is not None:
-            try:
-                options = self.choices.options()
-            except HeartgenError:
-                self._judge_steps()
-                return
-            if self._anatomy_for(options) is None:
-                self.reading = f"measuring the heart in {self.case.name}"
-                self._pool.submit(self._measure, self._new_ask(), self.case, options)
+        if change["name"] in ANALYZED and not self.awaited:
+            self._measure_anew()
         self._judge_steps()
+
+    def _measure_anew(self) -> None:
+        """Measure the heart, if it was not under the choices of the moment."""
+        try:
+            options = self.choices.options()
+        except HeartgenError:
+            return
+        if self.case is None:
+            return
+        ask = self._new_ask()
+        if self._anatomy_for(options) is not None:
+            self.reading, self.complaint = "", ""
+        else:
+            self.reading = f"measuring the heart in {self.case.name}"
+            self._pool.submit(self._measure, ask, self.case, options)
 
     def _run_changed(self, change: Any) -> None:
         """Take in what a run made."""
@@ -321,8 +357,9 @@ class Session(HasTraits):
             self.costs.learn(run.expected, run.seconds)
             with self.hold_trait_notifications():
                 self.outcomes = [*self.outcomes, *run.outcomes]
-                wanted = [o for o in run.outcomes if o.lod == self.choices.lod]
-                self.shown = (wanted or list(run.outcomes))[0]
+                if run.case is self.case:  # another heart may have come in the meantime
+                    wanted = [o for o in run.outcomes if o.lod == self.choices.lod]
+                    self.shown = (wanted or list(run.outcomes))[0]
                 self.cost_revision += 1
         self._judge_steps()
 

@@ -93,8 +93,8 @@ def _input_state(session: Session) -> StepState:
 
 
 def _choices_state(session: Session) -> StepState:
-    if session.case is None:
-        return StepState("blocked", "there is no mask yet")
+    if session.awaited or session.case is None:
+        return StepState("blocked", _why_no_input(session))
     try:
         session.choices.options()
     except HeartgenError as error:
@@ -103,11 +103,13 @@ def _choices_state(session: Session) -> StepState:
 
 
 def _run_state(session: Session) -> StepState:
-    if session.case is None:
-        return StepState("blocked", "there is no mask yet")
     last = session.runs[-1] if session.runs else None
     if session.active_run is not None:
         return StepState("running", f"run {session.active_run.title} goes on")
+    if session.awaited or session.case is None:
+        return StepState("blocked", _why_no_input(session))
+    if session.complaint:
+        return StepState("blocked", f"the heart in {session.case.name} cannot be measured")
     if _choices_state(session).phase == "failed":
         return StepState("blocked", "the choices contradict each other")
     if last is not None and last.phase == "failed" and last.case is session.case:
@@ -115,6 +117,13 @@ def _run_state(session: Session) -> StepState:
     if last is not None and last.phase == "done" and last.case is session.case:
         return StepState("done", f"run {last.title} is done")
     return StepState("ready", "press Run")
+
+
+def _why_no_input(session: Session) -> str:
+    """Why there is no input to work with."""
+    if session.awaited:
+        return "the input is being read" if session.reading else "the input was refused"
+    return "there is no mask yet"
 
 
 def _view_state(session: Session) -> StepState:

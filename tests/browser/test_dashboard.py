@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
+from scipy.ndimage import binary_fill_holes
 
 import heartgen
 from heartgen import samples
@@ -216,7 +217,32 @@ def test_a_wrong_file_gets_a_sentence_and_the_page_goes_on(ran, tmp_path):
     sentence = ran.locator(".hg-complaint").inner_text()
     assert "notes.nii.gz" in sentence
     assert "Traceback" not in sentence
+    assert not ran.get_by_role("button", name="Run", exact=True).is_enabled()
+    assert ran.locator(".hg-step-choices .hg-blocked:has-text('refused')").count() == 1
+    assert "lifelike in three slices" in ran.locator(".hg-title").first.inner_text()
+    ran.get_by_role("button", name="Go on with lifelike").click()
+    ran.wait_for_selector(".hg-complaint", state="detached")
     assert ran.get_by_role("button", name="Run", exact=True).is_enabled()
+
+
+def test_a_label_map_is_read_as_one_after_one_click(ran, tmp_path):
+    nibabel = pytest.importorskip("nibabel")
+    wall = samples.lifelike_lv(2.5).mask
+    filled = np.stack([binary_fill_holes(p) for p in np.moveaxis(wall.voxels, 2, 0)], axis=2)
+    labels = (2 * wall.voxels + 3 * (filled & ~wall.voxels)).astype(np.uint8)
+    ras = np.diag([-1.0, -1.0, 1.0, 1.0]) @ wall.affine
+    nibabel.save(nibabel.Nifti1Image(labels, ras), tmp_path / "labels.nii.gz")
+    upload(ran, tmp_path / "labels.nii.gz")
+    ran.wait_for_selector(".hg-complaint:has-text('labels.nii.gz')")
+    sentence = ran.locator(".hg-complaint").inner_text()
+    assert "say under File is what they are" in sentence
+    assert "--" not in sentence
+    ran.get_by_role("button", name="Read it as a label map").click()
+    ran.wait_for_selector(".hg-side .hg-step-input .hg-done:has-text('labels.nii.gz')")
+    assert "labels.nii.gz in three slices" in ran.locator(".hg-title").first.inner_text()
+    choose(ran, "File is", "A mask, or structures with names")
+    ran.wait_for_selector(".hg-complaint")
+    ran.get_by_role("button", name="Go on with labels.nii.gz").click()
 
 
 def test_cancel_takes_effect_at_once(ran, coarse):

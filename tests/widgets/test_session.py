@@ -5,6 +5,7 @@ import threading
 import nibabel as nib
 import numpy as np
 import pytest
+from scipy.ndimage import binary_fill_holes
 
 from heartgen import pipeline, samples
 from heartgen.errors import HeartgenError, sentence
@@ -62,7 +63,7 @@ def test_known_anatomy_is_not_measured_again_and_changes_nothing(finished):
     assert session.shown.result.anatomy is session.anatomy
 
 
-def test_a_file_that_is_no_image_gets_a_sentence_and_the_heart_before_stays(session, tmp_path):
+def test_a_file_that_is_no_image_blocks_the_run_until_the_heart_before_is_kept(session, tmp_path):
     session.load_sample("lifelike").result()
     before = session.case
     (tmp_path / "wrong.nii.gz").write_text("hello")
@@ -71,6 +72,55 @@ def test_a_file_that_is_no_image_gets_a_sentence_and_the_heart_before_stays(sess
     assert "wrong.nii.gz" in session.complaint
     assert "Traceback" not in session.complaint
     assert session.case is before
+    assert phases(session)["choices"] == phases(session)["run"] == "blocked"
+    assert "refused" in session.states["run"].reason
+    with pytest.raises(HeartgenError, match="the input was refused"):
+        session.start()
+    session.choices.truncate = "off"  # a choice does not make a refused input one to run
+    assert phases(session)["run"] == "blocked"
+    session.choices.truncate = "auto"
+    session.keep()
+    assert session.complaint == ""
+    assert phases(session)["input"] == phases(session)["choices"] == "done"
+    assert phases(session)["run"] == "ready"
+
+
+def test_a_heart_that_cannot_be_measured_is_not_run(session):
+    session.load_sample("lifelike").result()
+    session.choices.truncate = 500.0
+    session._pool.submit(lambda: None).result()
+    assert "does not fit" in session.complaint
+    assert phases(session)["run"] == "blocked"
+    assert phases(session)["choices"] == "done"
+    session.choices.truncate = "auto"
+    assert session.complaint == ""
+    assert phases(session)["run"] == "ready"
+
+
+def test_a_label_map_that_was_taken_for_a_mask_is_offered_as_one(session, tmp_path):
+    wall = samples.lifelike_lv(2.5).mask
+    filled = np.stack([binary_fill_holes(p) for p in np.moveaxis(wall.voxels, 2, 0)], axis=2)
+    labels = (2 * wall.voxels + 3 * (filled & ~wall.voxels)).astype(np.uint8)
+    nib.save(nib.Nifti1Image(labels, np.diag([-1, -1, 1, 1]) @ wall.affine), tmp_path / "l.nii")
+    session.load_file(tmp_path / "l.nii").result()
+    assert session.offer == "auto"
+    assert "say under File is what they are" in session.complaint
+    session.load_file(tmp_path / "l.nii", session.offer).result()
+    assert (session.offer, session.complaint, session.awaited) == ("", "", False)
+    assert phases(session)["run"] == "ready"
+
+
+@pytest.mark.slow
+def test_a_run_of_a_heart_before_is_not_shown_as_the_new_one(session):
+    session.load_sample("lifelike").result()
+    ended = session.start()
+    session.load_sample("biv").result()
+    ended.result()
+    assert session.case.name == "biv"
+    assert session.shown is None
+    if session.outcomes:  # it was not yet done when the other heart came
+        session.show(session.outcomes[0])
+        assert session.case.name == "lifelike"
 
 
 def test_a_frame_of_a_cine_is_read_and_its_code_says_so(tmp_path):

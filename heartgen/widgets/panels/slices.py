@@ -57,12 +57,13 @@ class SlicesPanel:
             classed(widgets.VBox([title, image, slider]), "hg-slice")
             for title, image, slider in zip(self.titles, self.images, self.sliders, strict=True)
         ]
+        self.title = text("", "hg-title")
         self.key = text("", "hg-key")
         self.findings = text("", "hg-findings")
         self.widget = classed(
             widgets.VBox(
                 [
-                    text("<h2>The mask in three slices</h2>", "hg-title"),
+                    self.title,
                     classed(widgets.HBox(columns), "hg-slices"),
                     self.key,
                     self.findings,
@@ -77,6 +78,8 @@ class SlicesPanel:
         """Show another mask, or what is now known of it."""
         case = self.session.case
         self.findings.value = findings_html(self.session)
+        name = "The mask" if case is None else html.escape(case.name)
+        self.title.value = f"<h2>{name} in three slices</h2>"
         if case is None:
             for image in self.images:
                 image.value = blank()

@@ -8,8 +8,8 @@ from typing import Any
 
 import ipywidgets as widgets
 
-from heartgen.widgets.input_case import BINARY, sample_choices
-from heartgen.widgets.parts import choose, classed, head, row, text
+from heartgen.widgets.input_case import AUTO, BINARY, sample_choices
+from heartgen.widgets.parts import button, choose, classed, head, row, text
 from heartgen.widgets.session import MAX_UPLOAD, Session
 from heartgen.widgets.transfer import MEGABYTE, Upload
 
@@ -18,7 +18,7 @@ OWN = "roles"
 
 SCHEMES = (
     ("A mask, or structures with names", BINARY),
-    ("A label map: find its scheme", "auto"),
+    ("A label map: find its scheme", AUTO),
     ("Labels of ACDC", "acdc"),
     ("Labels of M&Ms", "mnms"),
     ("Labels of EMIDEC", "emidec"),
@@ -72,14 +72,24 @@ class SourcePanel:
         self.upload = Upload(session.folder, MAX_UPLOAD, self._arrived, self._refused, self._shown)
         limit = text(f"{FORMATS}, up to {MAX_UPLOAD / MEGABYTE:.0f} MB", "hg-note")
         self.about = text("", "hg-note hg-about")
+        self.relabel = button(
+            "Read it as a label map",
+            "Find the scheme of its labels, and read the myocardium",
+            self._relabel,
+            "hg-primary hg-relabel",
+        )
+        self.keep = button("", "Leave the refused file, and go on", session.keep, "hg-keep")
         self.sample.observe(self._chosen, "value")
         self.scheme.observe(self._scheme_chosen, "value")
         self.roles.observe(self._read, "value")
         self.frame.observe(self._read, "value")
         session.observe(self._draw, ["case"])
+        session.observe(self._draw_ways_on, ["states"])
         self.widget = widgets.VBox(
             [
                 head(session, "input"),
+                self.relabel,
+                self.keep,
                 self.sample,
                 self.about,
                 self.scheme,
@@ -90,6 +100,7 @@ class SourcePanel:
             ]
         )
         self.widget.add_class("hg-card")
+        self._draw_ways_on()
 
     def _shown(self) -> None:
         """The page is on the screen: what changes before, a browser may miss."""
@@ -122,6 +133,18 @@ class SourcePanel:
         if self._uploaded is not None:
             scheme = self.roles.value if self.scheme.value == OWN else self.scheme.value
             self.session.load_file(self._uploaded, scheme, self.frame.value)
+
+    def _relabel(self) -> None:
+        """Read the refused file as the label map that it is."""
+        self.scheme.value = self.session.offer
+
+    def _draw_ways_on(self, _: Any = None) -> None:
+        """After a refusal: read the file as a label map, or go on with the heart before."""
+        session = self.session
+        refused = session.awaited and bool(session.complaint)
+        self.relabel.layout.display = "" if refused and session.offer else "none"
+        self.keep.layout.display = "" if refused and session.case else "none"
+        self.keep.description = f"Go on with {session.case.name}" if session.case else ""
 
     def _draw(self, _: Any) -> None:
         case = self.session.case
