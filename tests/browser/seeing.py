@@ -19,10 +19,14 @@ def view(page):
     return np.asarray(image.open(io.BytesIO(shot)).convert("RGB"), dtype=int)[50:, 10:-10]
 
 
+def is_colored(pixels):
+    """Whether something colored is there, such as a mask, which has one color."""
+    return np.mean(np.ptp(pixels, axis=2) > SATURATED) > 0.03
+
+
 def is_mesh(pixels):
-    """Whether something colored is there: blank and black views are not."""
-    share = np.mean(np.ptp(pixels, axis=2) > SATURATED)
-    return share > 0.03 and len(np.unique((pixels // 16).reshape(-1, 3), axis=0)) > 40
+    """Whether something of many colors is there: blank and black views are not."""
+    return is_colored(pixels) and len(np.unique((pixels // 16).reshape(-1, 3), axis=0)) > 40
 
 
 def wait_for_view(page, ready, act=lambda: None):
