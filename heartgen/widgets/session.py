@@ -159,9 +159,7 @@ class Session(HasTraits):
         if self.case is None:
             raise HeartgenError("there is no mask to mesh yet: choose a sample or upload one")
         if self.awaited or self.complaint:
-            raise HeartgenError(
-                "the input was refused or is not read yet: choose one, or wait"
-            )
+            raise HeartgenError("the input was refused or is not read yet: choose one, or wait")
         options = self.choices.options()
         case, anatomy = self.case, self._anatomy_for(options)
         levels = levels or (options.lod,)
