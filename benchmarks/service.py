@@ -23,7 +23,7 @@ from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from statistics import median, quantiles
-from typing import Any
+from typing import Any, get_args
 
 import httpx
 from fastapi.testclient import TestClient
@@ -183,12 +183,16 @@ def library(a: argparse.Namespace, folder: Path) -> int:
         "page, far back": f"/library?offset={a.models // 2}",
         "API, a facet": "/v1/models?condition=HCM",
     }.items():
-        times = []
+        times, own = [], []
         for _ in range(10):
-            start = time.perf_counter()
+            start, begun = time.perf_counter(), time.process_time()
             assert client.get(place).status_code == 200
             times.append(time.perf_counter() - start)
-        print(f"{what:24} {1000 * median(times):5.0f} ms (median of 10)")
+            own.append(time.process_time() - begun)
+        print(
+            f"{what:24} {1000 * median(times):5.0f} ms, of which the processor worked "
+            f"{1000 * median(own):.0f} ms (medians of 10)"
+        )
     return 0
 
 
@@ -200,10 +204,10 @@ def synthetic(chance: random.Random, number: int) -> Model:
         "condition": chance.choice(["healthy", "DCM", "HCM", "MI", "CRT", "unknown"]),
         "modality": chance.choice(["cine MRI", "CT", "DENSE", "3-D echo"]),
         "phase": chance.choice(["ED", "ES", "diastasis"]),
-        "sex": chance.choice(Sex.__args__),
-        "age_band": chance.choice(AgeBand.__args__),
+        "sex": chance.choice(get_args(Sex)),
+        "age_band": chance.choice(get_args(AgeBand)),
         "study": f"study {chance.randrange(40)}",
-        "license": chance.choice(License.__args__),
+        "license": chance.choice(get_args(License)),
         "keywords": chance.sample(WORDS, 3),
         "description": " ".join(chance.choices(WORDS, k=60)),
     }

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import secrets
 import shutil
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -161,24 +162,15 @@ class Library:
         limit, offset : int
             How many, and after how many.
         """
-        given = {name: value for name, value in facets.items() if value}
+        given = {name: v for name, v in facets.items() if v and name in FACETS}
+        # One pass over the words of all models; what is left of them is counted here.
+        columns = [getattr(Model, name) for name in FACETS]
         with self.database.reading() as session:
-            counts = {
-                name: {
-                    value: number
-                    for value, number in session.execute(
-                        _chosen(select(getattr(Model, name), func.count()), words, given, name)
-                        .group_by(getattr(Model, name))
-                        .order_by(func.count().desc(), getattr(Model, name))
-                        .limit(MOST_VALUES)
-                    )
-                    if value
-                }
-                for name in FACETS
-            }
-            total = session.scalar(_chosen(select(func.count(Model.id)), words, given)) or 0
+            rows = session.execute(_with_words(select(*columns), words)).all()
+            counts, total = _counted(rows, given)
             models = session.scalars(
-                _chosen(select(Model), words, given)
+                _with_words(select(Model), words)
+                .where(*(getattr(Model, name) == value for name, value in given.items()))
                 .order_by(Model.published.desc(), Model.id)
                 .limit(limit)
                 .offset(offset)
@@ -270,17 +262,31 @@ def add(session: Session, model: Model) -> None:
     session.add(model)
 
 
-def _chosen(
-    wanted: Select[Any], words: str, facets: Mapping[str, str], but: str = ""
-) -> Select[Any]:
-    """Only what has these words and values, but for one facet."""
+def _with_words(wanted: Select[Any], words: str) -> Select[Any]:
+    """Only the latest versions that have these words."""
     wanted = wanted.where(Model.latest)
     for word in words.lower().split():
         wanted = wanted.where(Model.words.contains(word, autoescape=True))
-    for name, value in facets.items():
-        if name in FACETS and name != but:
-            wanted = wanted.where(getattr(Model, name) == value)
     return wanted
+
+
+def _counted(
+    rows: Iterable[Sequence[str]], given: Mapping[str, str]
+) -> tuple[dict[str, dict[str, int]], int]:
+    """How many there are under each value of each facet, were that alone free; and in all."""
+    counts: dict[str, Counter[str]] = {name: Counter() for name in FACETS}
+    wanted = [(n, given[name]) for n, name in enumerate(FACETS) if name in given]
+    total = 0
+    for row in rows:
+        missed = [n for n, value in wanted if row[n] != value]
+        if not missed:
+            total += 1
+            for name, value in zip(FACETS, row, strict=True):
+                counts[name][value] += 1
+        elif len(missed) == 1:
+            counts[FACETS[missed[0]]][row[missed[0]]] += 1
+    shown = {name: each.most_common(MOST_VALUES) for name, each in counts.items()}
+    return {name: {v: n for v, n in each if v} for name, each in shown.items()}, total
 
 
 def _provenance(job: Job, result: Path) -> dict[str, Any]:

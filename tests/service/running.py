@@ -49,7 +49,13 @@ class Running:
         self.folder, self.light, self.workers = folder, light, workers
         self.port, self.scheduler = free_port(), free_port() if scheduler else None
         self.url = f"http://127.0.0.1:{self.port}"
-        told = {"data": folder / "data", "port": self.port, "free_space": 0, **settings}
+        told = {
+            "data": folder / "data",
+            "port": self.port,
+            "free_space": 0,
+            "rate_limit": 10**6,
+            **settings,
+        }
         if scheduler:
             told["scheduler"] = f"tcp://127.0.0.1:{self.scheduler}"
         else:
