@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import scipy.sparse as sp
@@ -74,6 +75,9 @@ def register(
     length: float,
     lod: int,
     progress: Callable[[float], None] = lambda done: None,
+    *,
+    smoothness: float = 1.0,
+    watch: Callable[[int, Deformation], None] = lambda number, so_far: None,
 ) -> tuple[Deformation, ...]:
     """Find the deformation from template to patient.
 
@@ -91,6 +95,10 @@ def register(
         Level of detail, 1 to 5: the number of passes.
     progress : callable
         Called with the share of the work done; may raise to cancel.
+    smoothness : float
+        Factor of the weight of the Laplacian in every pass, `SMOOTHNESS`.
+    watch : callable
+        Called after each Gauss-Newton step with the number of the pass, from 1, and the map so far.
 
     Returns
     -------
@@ -100,8 +108,10 @@ def register(
     Raises
     ------
     RegistrationError
-        If a pass finds no map free of folds.
+        If a pass finds no map free of folds, or there is no such level or smoothness.
     """
+    if not smoothness > 0:
+        raise RegistrationError(f"a smoothness of {smoothness} is none: choose a positive factor")
     if not 1 <= lod <= len(NODE_SPACINGS):
         raise RegistrationError(f"level of detail {lod} does not exist: choose 1 to 5")
     voxel = min(voxel, length / VOXELS_PER_LENGTH)
@@ -120,7 +130,12 @@ def register(
             active = GridMap.identity(grid)
         for link in range(MAX_LINKS):
             progress((number + link / MAX_LINKS) / lod)
-            active, stuck = _fit_map(samples.moved(frozen), active, SMOOTHNESS[number])
+            active, stuck = _fit_map(
+                samples.moved(frozen),
+                active,
+                smoothness * SMOOTHNESS[number],
+                partial(_tell, watch, number + 1, frozen),
+            )
             if not stuck:
                 break
             frozen, active = frozen.then(active), GridMap.identity(grid)
@@ -131,6 +146,13 @@ def register(
                 "try a lower level of detail"
             )
     return tuple(out)
+
+
+def _tell(
+    watch: Callable[[int, Deformation], None], number: int, frozen: Deformation, active: GridMap
+) -> None:
+    """Tell who watches of a step."""
+    watch(number, frozen.then(active))
 
 
 def _grid(template: HexMesh, frame: NDArray[np.float64], spacing: float, voxel: float) -> NodeGrid:
@@ -175,7 +197,9 @@ class _System:
         return self.smoothing.solve(residual, self.smooth, SOLVER_SHIFT * self.per_node)
 
 
-def _fit_map(samples: Samples, start: GridMap, smoothness: float) -> tuple[GridMap, bool]:
+def _fit_map(
+    samples: Samples, start: GridMap, smoothness: float, told: Callable[[GridMap], None]
+) -> tuple[GridMap, bool]:
     """Gauss-Newton steps for one map; also whether a fold, not convergence, ended it."""
     grid, total = start.grid, start.displacement
     smoothing = Smoothing(grid.shape)
@@ -201,6 +225,7 @@ def _fit_map(samples: Samples, start: GridMap, smoothness: float) -> tuple[GridM
             if length < SHORTEST_STEP:
                 return GridMap(grid, total), True
         total = total + length * update
+        told(GridMap(grid, total))
         if folded and length < SHORT_STEP:
             return GridMap(grid, total), True
         value, slope = samples.patient(samples.points + basis @ total)

@@ -14,21 +14,34 @@ from heartgen.renamed import keep_former_names
 
 if TYPE_CHECKING:
     from heartgen.widgets.dashboard_page import dashboard
+    from heartgen.widgets.exercises import Exercise
     from heartgen.widgets.index_page import index
-    from heartgen.widgets.notebook_cells import compare, view
+    from heartgen.widgets.notebook_cells import compare, show_3d, view
     from heartgen.widgets.session import Session
     from heartgen.widgets.states_page import states
     from heartgen.widgets.tradeoff_page import tradeoff
 
-__all__ = ["Session", "compare", "dashboard", "index", "states", "tradeoff", "view"]
+__all__ = [
+    "Exercise",
+    "Session",
+    "compare",
+    "dashboard",
+    "index",
+    "show_3d",
+    "states",
+    "tradeoff",
+    "view",
+]
 
 _HOMES = {
+    "Exercise": "heartgen.widgets.exercises",
     "Session": "heartgen.widgets.session",
     "compare": "heartgen.widgets.notebook_cells",
     "dashboard": "heartgen.widgets.dashboard_page",
     "index": "heartgen.widgets.index_page",
     "states": "heartgen.widgets.states_page",
     "tradeoff": "heartgen.widgets.tradeoff_page",
+    "show_3d": "heartgen.widgets.notebook_cells",
     "view": "heartgen.widgets.notebook_cells",
 }
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import atexit
+import html
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import ipywidgets as widgets
@@ -18,7 +20,57 @@ from heartgen.widgets.session import Session
 from heartgen.widgets.tradeoff_plot import Tradeoff
 
 if TYPE_CHECKING:
+    import pyvista
+
     from heartgen.result import Personalization
+
+SCENE_HEIGHT = 420
+"""Height of a scene in a cell, pixels."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A scene in 3-D that needs no kernel to be turned: it stays in the notebook.
+
+    Attributes
+    ----------
+    page : str
+        A whole page of HTML.
+    height : int
+        Pixels.
+    """
+
+    page: str
+    height: int = SCENE_HEIGHT
+
+    def __repr__(self) -> str:
+        return "A scene in 3-D, to be turned with the mouse"
+
+    def _repr_html_(self) -> str:
+        return (
+            f'<iframe srcdoc="{html.escape(self.page)}" title="{self}" loading="lazy" '
+            f'style="width: 100%; height: {self.height}px; border: 0"></iframe>'
+        )
+
+
+def show_3d(plotter: pyvista.Plotter, height: int = SCENE_HEIGHT) -> Scene:
+    """Show a scene in a cell, where it can be turned and stays when the kernel has gone.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+        Holds the scene, such as ``mesh.plot(off_screen=True)`` makes it.
+    height : int
+        Pixels.
+
+    Returns
+    -------
+    Scene
+        Show it as the last line of a notebook's cell.
+    """
+    from heartgen.viewing.page import scene_page
+
+    return Scene(scene_page(plotter), height)
 
 
 def view(result: Personalization) -> widgets.Widget:

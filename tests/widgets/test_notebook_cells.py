@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("trame_vtk")
 
 from heartgen.errors import InputError
-from heartgen.widgets import compare, view
+from heartgen.widgets import compare, show_3d, view
 
 pytestmark = pytest.mark.slow
 
@@ -39,3 +39,11 @@ def test_what_cannot_be_compared_is_told(finished):
     for results in ([], [result, result]):
         with pytest.raises(InputError, match="different levels"):
             compare(results)
+
+
+def test_a_scene_stays_in_the_cell(finished):
+    scene = show_3d(finished.shown.result.plot(off_screen=True), height=300)
+    shown = scene._repr_html_()
+    assert shown.startswith("<iframe srcdoc=")
+    assert "height: 300px" in shown
+    assert "vtk" in scene.page
