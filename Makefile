@@ -19,7 +19,7 @@ LOCK    := UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) --group build \
 export PYTHONUTF8 := 1
 # Python keeps what it compiles, also where the environment asks it not to.
 export PYTHONDONTWRITEBYTECODE :=
-.PHONY: help app demo test test-fast check bench format lock binder clean
+.PHONY: help app demo test test-fast check docs bench format lock binder clean
 
 help: ## list these commands
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 12
@@ -43,6 +43,9 @@ check: $(READY) ## lint, format, types, spelling, layers
 	$(BIN)/codespell
 	$(BIN)/lint-imports --no-logo
 
+docs: $(READY) ## build the documentation in docs/_build/html, with every notebook run
+	$(BIN)/sphinx-build -W --keep-going -q docs docs/_build/html
+
 bench: $(READY) ## measure accuracy, quality and time (see benchmarks/README.md)
 	$(BIN)/python -m benchmarks
 
@@ -51,8 +54,8 @@ format: $(READY) ## put the code in its agreed form
 	$(BIN)/ruff format .
 
 lock: $(READY) ## bring both locks up to date with pyproject.toml
-	$(LOCK) --extra apps --extra cohort --extra dicom --extra plot --extra service \
-	    --extra dev \
+	$(LOCK) --extra apps --extra cohort --extra course --extra dicom --extra docs --extra plot \
+	    --extra service --extra dev \
 	    --output-file requirements.lock
 	$(LOCK) --extra apps --extra dicom --constraints requirements.lock --no-annotate \
 	    --output-file requirements-app.lock
@@ -60,11 +63,11 @@ lock: $(READY) ## bring both locks up to date with pyproject.toml
 binder: $(READY) ## bring binder/requirements.txt up to date with requirements.lock
 	printf '%s\n' '# Made from pyproject.toml and requirements.lock by: make binder' > binder/requirements.txt
 	UV_CUSTOM_COMPILE_COMMAND="make binder" $(COMPILE) \
-	    --python-version 3.11 --python-platform linux --extra apps --extra dicom \
+	    --python-version 3.11 --python-platform linux --extra apps --extra course --extra dicom \
 	    --constraints requirements.lock --no-annotate --no-header >> binder/requirements.txt
 
 clean: ## remove the environment and everything that was made
-	rm -rf $(VENV) build dist out .coverage .hypothesis .import_linter_cache .mypy_cache \
+	rm -rf $(VENV) build dist docs/_build docs/api docs/course out .coverage .hypothesis .import_linter_cache .mypy_cache \
 	    .pytest_cache .ruff_cache
 	find heartgen tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
 
