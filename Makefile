@@ -19,10 +19,10 @@ LOCK    := UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) --group build \
 export PYTHONUTF8 := 1
 # Python keeps what it compiles, also where the environment asks it not to.
 export PYTHONDONTWRITEBYTECODE :=
-.PHONY: help app demo test test-fast check docs bench format lock binder clean
+.PHONY: help app demo test test-fast test-oldest test-latest check docs bench format lock binder clean
 
 help: ## list these commands
-	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 12
+	@sed -n 's/^\([a-z -]*\):.*## /\1\t/p' Makefile | expand -t 12
 
 app: $(READY_APP) ## open the dashboard in the browser, with a sample heart loaded
 	$(BIN)/heartgen dashboard $(if $(PORT),--port $(PORT))
@@ -35,6 +35,12 @@ test: $(READY) ## run all tests, on two processes
 
 test-fast: $(READY) ## run the tests that are not marked slow
 	$(BIN)/pytest -n 2 --dist loadscope -m "not slow" tests
+
+test-oldest test-latest: $(READY) ## run the tests that are not slow with the oldest, or latest, dependencies
+	$(BIN)/uv venv --quiet --clear build/$@
+	$(BIN)/uv pip install --quiet --python build/$@ --resolution $(if $(findstring oldest,$@),lowest-direct,highest) \
+	    --editable ".[apps,cohort,dev,dicom,plot]"
+	build/$@/bin/python -m pytest -m "not slow" tests
 
 check: $(READY) ## lint, format, types, spelling, layers
 	$(BIN)/ruff check .

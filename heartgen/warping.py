@@ -9,7 +9,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
-from heartgen.mesh.bases import CORNERS, PARAMETERS, corner_parameters
+from heartgen.mesh.corner_parameters import CORNERS, PARAMETERS, corner_parameters
 from heartgen.mesh.hexmesh import HexMesh
 from heartgen.mesh.projection import projector
 
