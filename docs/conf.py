@@ -26,7 +26,7 @@ extensions = [
 ]
 exclude_patterns = ["_build"]
 default_role = "literal"
-suppress_warnings = ["toc.empty_glob"]  # pages that others may add
+suppress_warnings = ["ref.python"]  # types in docstrings are words, of which several have the name
 
 html_theme = "pydata_sphinx_theme"
 html_title = "heartgen"
@@ -75,6 +75,9 @@ PACKAGES = {
 }
 """Modules of the reference, and what each is about."""
 
+WITHOUT_MEMBERS = {"Session"}
+"""Classes whose traits document themselves."""
+
 
 def public_names(module_name: str) -> list[str]:
     """What a module offers: its ``__all__``, or what is defined in it."""
@@ -90,28 +93,36 @@ def public_names(module_name: str) -> list[str]:
     ]
 
 
+def entry(module_name: str, name: str) -> list[str]:
+    """What the page of a module says of one of its names, as lines of reStructuredText."""
+    value, whole = getattr(import_module(module_name), name), f"{module_name}.{name}"
+    if inspect.ismodule(value):
+        return []
+    home = getattr(value, "__module__", None)
+    if module_name == "heartgen" and isinstance(home, str):
+        page = max((each for each in PACKAGES if home.startswith(each)), key=len)
+        if page != "heartgen":
+            return [f"* `heartgen.{name}`: see :doc:`{page}`"]
+    if isinstance(value, type):
+        return ["", f".. autoclass:: {whole}", *["   :members:"][: name not in WITHOUT_MEMBERS]]
+    if callable(value):
+        return ["", f".. autofunction:: {whole}"]
+    return ["", f".. py:data:: {whole}", "", f"   A {type(value).__name__} of {len(value)}."]
+
+
 def write_reference(folder: Path) -> None:
     """Write a page for each module: its words, and all that it offers."""
     folder.mkdir(exist_ok=True)
     for name, about in PACKAGES.items():
-        lines = [
+        head = [
             f"# {name}: {about}",
             "",
             "```{eval-rst}",
             f".. automodule:: {name}",
             "   :no-members:",
         ]
-        for each in public_names(name):
-            value = getattr(import_module(name), each)
-            if inspect.ismodule(value):
-                continue
-            kind, options = "autodata", []
-            if isinstance(value, type):
-                kind, options = "autoclass", ["   :members:"]
-            elif callable(value):
-                kind = "autofunction"
-            lines += ["", f".. {kind}:: {name}.{each}", *options]
-        text = "\n".join([*lines, "```", ""])
+        entries = [line for each in public_names(name) for line in entry(name, each)]
+        text = "\n".join([*head, "", *entries, "```", ""])
         path = folder / f"{name}.md"
         if not path.exists() or path.read_text(encoding="utf-8") != text:
             path.write_text(text, encoding="utf-8")
