@@ -63,8 +63,8 @@ def global_strains(before: HexMesh, after: HexMesh) -> Strains:
     """Strains from one mesh to another in which the same local coordinates are the same tissue.
 
     With F the deformation gradient and d a direction of the wall in the first mesh, ``|F d| - 1``
-    is averaged over the volume of the wall there. Meshes are fitted to surfaces: motion along these,
-    such as torsion, is not seen.
+    is averaged over the volume of the wall there. Meshes are fitted to surfaces: motion along
+    these, such as torsion, is not seen.
 
     Parameters
     ----------
