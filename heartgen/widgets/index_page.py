@@ -66,19 +66,64 @@ APPS = (
 
 LESSONS = (
     Entry(
-        "01_from_mask_to_mesh",
-        "1. From mask to mesh",
-        "The steps of the method on a sample heart, each with a picture of what it did.",
+        "01_first_mesh",
+        "1. Your first mesh",
+        "From a segmentation to a mesh, its report, and a file, in one line each.",
     ),
     Entry(
-        "02_accuracy_and_quality",
-        "2. Accuracy and quality",
-        "How close a mesh lies to its mask, how good its elements are, and how to weigh both.",
+        "02_hermite",
+        "2. What a high-order mesh is",
+        "Drag a derivative, break a C1 node, and measure why few curved elements do.",
     ),
     Entry(
-        "03_fields_and_files",
-        "3. Fields and files",
-        "Fibers, coordinates and segments on the mesh, and the formats of the field's tools.",
+        "03_shape_analysis",
+        "3. Shape analysis",
+        "How axes and sizes of a heart are found without a landmark.",
+    ),
+    Entry(
+        "04_template",
+        "4. The template",
+        "Ideal hearts, three kinds of apex, versions and the insertion line.",
+    ),
+    Entry(
+        "05_registration",
+        "5. Registration",
+        "Watch it iterate; node spacing, smoothness, and how folds are ruled out.",
+    ),
+    Entry(
+        "06_warping",
+        "6. Warping",
+        "The whole continuum is carried along, not the nodes alone.",
+    ),
+    Entry(
+        "07_quality",
+        "7. Quality",
+        "What the Jacobian ratio measures, how it is gamed, and the certificate.",
+    ),
+    Entry(
+        "08_tradeoff",
+        "8. The trade-off",
+        "Accuracy against quality: read the curve, and choose a level of detail.",
+    ),
+    Entry(
+        "09_sparse_data",
+        "9. Sparse data",
+        "Few slices far apart, and slices that breathing has shifted.",
+    ),
+    Entry(
+        "10_cohort",
+        "10. A cohort",
+        "Many hearts in one call: box plots, the best case and the worst.",
+    ),
+    Entry(
+        "11_simulation",
+        "11. From mesh to simulation",
+        "Formats, fibers, boundary groups, and a ventricle that fills.",
+    ),
+    Entry(
+        "12_your_own_data",
+        "12. Your own data",
+        "Masks, label maps and arrays; the checks; what to do when it fails.",
     ),
 )
 

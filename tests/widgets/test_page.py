@@ -21,6 +21,7 @@ from heartgen.widgets.transfer import PIECE, Pulse, Upload, safe_name
 
 APPS = ["dashboard.ipynb", "index.ipynb", "states.ipynb", "tradeoff.ipynb"]
 
+
 def tree(widget: widgets.Widget) -> Iterator[widgets.Widget]:
     yield widget
     for child in getattr(widget, "children", ()):
