@@ -48,7 +48,17 @@ def test_make_check_runs_the_same(check: str, repository: Path) -> None:
 
 
 LOCKS = {
-    "requirements.lock": {"apps", "cohort", "course", "dev", "dicom", "docs", "fieldml", "plot", "service"},
+    "requirements.lock": {
+        "apps",
+        "cohort",
+        "course",
+        "dev",
+        "dicom",
+        "docs",
+        "fieldml",
+        "plot",
+        "service",
+    },
     "requirements-app.lock": {"apps", "dicom", "plot"},
 }
 """The extras that each lock holds: of everything, and of the app alone."""
