@@ -102,7 +102,7 @@ def entry(module_name: str, name: str) -> list[str]:
     if module_name == "heartgen" and isinstance(home, str):
         page = max((each for each in PACKAGES if home.startswith(each)), key=len)
         if page != "heartgen":
-            return [f"* `heartgen.{name}`: see :doc:`{page}`"]
+            return ["", f"* `heartgen.{name}`: see :doc:`{page}`"]
     if isinstance(value, type):
         return ["", f".. autoclass:: {whole}", *["   :members:"][: name not in WITHOUT_MEMBERS]]
     if callable(value):
