@@ -23,7 +23,7 @@ from heartgen.mesh.hermite import RIM
 from heartgen.mesh.validity import certify
 from heartgen.optimization import curve_transmural_lines, fit_target, misfit, optimize, settings_for
 from heartgen.options import HOLE_SHARE, Options, chosen
-from heartgen.registration import Deformation, register
+from heartgen.registration import Deformation, Steering, register
 from heartgen.reporting import Fit, assess, report_on
 from heartgen.result import Personalization
 from heartgen.templates import TruncatedEllipsoid, fit_ellipsoid
@@ -191,7 +191,7 @@ def _personalize(
             anatomy.voxel,
             anatomy.length,
             options.passes(max(levels), _is_whole_lv(anatomy)),
-            done,
+            Steering(progress=done),
         )
     start = _Start(mask, anatomy, ellipsoid, template, deformations)
     return tuple(_finish(start, o, Clock(progress, clock.seconds)) for o in each)

@@ -67,6 +67,28 @@ SOLVER_SHIFT = 0.2
 """Share of the data term that stands for it in the preconditioner: most nodes carry no data."""
 
 
+@dataclass(frozen=True)
+class Steering:
+    """How a registration is steered and watched.
+
+    Attributes
+    ----------
+    progress : callable
+        Called with the share of the work done; may raise to cancel.
+    watch : callable
+        Called after each Gauss-Newton step with the number of the pass, from 1, and the map so far.
+    smoothness : float
+        Factor of the weight of the Laplacian in every pass, `SMOOTHNESS`.
+    """
+
+    progress: Callable[[float], None] = lambda done: None
+    watch: Callable[[int, Deformation], None] = lambda number, so_far: None
+    smoothness: float = 1.0
+
+
+UNSTEERED = Steering()
+
+
 def register(
     template: HexMesh,
     images: Mapping[str, LevelSet],
@@ -74,10 +96,7 @@ def register(
     voxel: float,
     length: float,
     lod: int,
-    progress: Callable[[float], None] = lambda done: None,
-    *,
-    smoothness: float = 1.0,
-    watch: Callable[[int, Deformation], None] = lambda number, so_far: None,
+    steering: Steering = UNSTEERED,
 ) -> tuple[Deformation, ...]:
     """Find the deformation from template to patient.
 
@@ -93,12 +112,8 @@ def register(
         Voxel size and length of the ventricle, mm.
     lod : int
         Level of detail, 1 to 5: the number of passes.
-    progress : callable
-        Called with the share of the work done; may raise to cancel.
-    smoothness : float
-        Factor of the weight of the Laplacian in every pass, `SMOOTHNESS`.
-    watch : callable
-        Called after each Gauss-Newton step with the number of the pass, from 1, and the map so far.
+    steering : Steering
+        How smooth, and who is told of the steps.
 
     Returns
     -------
@@ -110,6 +125,7 @@ def register(
     RegistrationError
         If a pass finds no map free of folds, or there is no such level or smoothness.
     """
+    smoothness = steering.smoothness
     if not smoothness > 0:
         raise RegistrationError(f"a smoothness of {smoothness} is none: choose a positive factor")
     if not 1 <= lod <= len(NODE_SPACINGS):
@@ -129,12 +145,12 @@ def register(
         else:
             active = GridMap.identity(grid)
         for link in range(MAX_LINKS):
-            progress((number + link / MAX_LINKS) / lod)
+            steering.progress((number + link / MAX_LINKS) / lod)
             active, stuck = _fit_map(
                 samples.moved(frozen),
                 active,
                 smoothness * SMOOTHNESS[number],
-                partial(_tell, watch, number + 1, frozen),
+                partial(_tell, steering.watch, number + 1, frozen),
             )
             if not stuck:
                 break
