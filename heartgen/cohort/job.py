@@ -19,8 +19,10 @@ from heartgen.cohort.rows import Row, failed_row, row_of
 from heartgen.cohort.threads import one_thread
 from heartgen.errors import FileError, HeartgenError, sentence
 from heartgen.formats import write_text
+from heartgen.images.sources import seen_from
 from heartgen.options import Options
 from heartgen.renamed import former_options, new_row
+from heartgen.report import REPORT
 
 if TYPE_CHECKING:
     from heartgen.result import Personalization
@@ -207,7 +209,7 @@ def _keep(job: Job, rows: list[Row], results: Sequence[Personalization]) -> list
     stage = job.folder / STAGE / uuid.uuid4().hex
     try:
         if len(results) == 1 and job.formats:
-            _write(results[0], stage, job.formats)
+            _write(results[0], stage, job.formats, job.home)
         write_text(json.dumps({"key": job.key(), "rows": rows}, indent=1) + "\n", stage / ROWS)
         job.home.parent.mkdir(parents=True, exist_ok=True)
         stage.rename(job.home)
@@ -225,6 +227,10 @@ def _keep(job: Job, rows: list[Row], results: Sequence[Personalization]) -> list
     return rows
 
 
-def _write(result: Personalization, folder: Path, formats: tuple[str, ...]) -> None:
-    """Write mesh and report; of a mesh that is not valid, the report alone."""
+def _write(result: Personalization, folder: Path, formats: tuple[str, ...], home: Path) -> None:
+    """Write mesh and report, of a mesh that is not valid the report alone, to be moved home."""
     result.write(folder, formats if result.report.quality.valid else ())
+    if result.report.mask_source is not None:  # told from there
+        source = seen_from(result.report.mask_source, home)
+        report = replace(result.report, mask_source=source)
+        write_text(report.to_json() + "\n", folder / REPORT)

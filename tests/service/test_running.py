@@ -43,6 +43,9 @@ def test_mask_is_submitted_and_its_mesh_loaded(running: Running, mask: Path, tmp
     result = heartgen.Personalization.load(tmp_path, mask)
     assert result.report.accuracy.mean == told["summary"]["error_mean"]
     assert client.job(client.submit(mask, optimize=False))["state"] == "done"
+    view = client._http.get(f"/v1/jobs/{job}/results/view")  # over the mask, which is kept here
+    assert view.status_code == 200, view.text
+    assert "sandbox" in view.headers["content-security-policy"]
 
 
 def test_what_cannot_be_meshed_fails_with_its_reason(running: Running, tmp_path: Path, mask: Path):
