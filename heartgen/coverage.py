@@ -79,7 +79,8 @@ class Coverage:
         Share of the mask's outline (of a stack, of the contours in its slices) within two pixels of
         the mesh's surface.
     slice_contour : float
-        The same of the slice of a stack that has least; that of the outline if there are none.
+        The same of the contours of wall and pools in the slice of a stack that has least; that of
+        the outline if there are none.
     blood : float
         Share of a pool, of what lies two pixels and more inside it, that lies in the mesh's wall:
         the larger of both labeled pools, or of what a stack's slices enclose; 0 of a dense mask
@@ -104,6 +105,7 @@ class Coverage:
     @property
     def finding(self) -> Finding | None:
         """What is not accounted for, in words; None if nothing is."""
+        one_slice = f"{1 - self.slice_contour:.0%} of the outline of one slice"
         told = {
             f"{self.missed:.2g} ml of the wall ({1 - self.wall:.1%}) lie outside the mesh": (
                 self.wall < LEAST_WALL
@@ -111,7 +113,7 @@ class Coverage:
             f"{1 - self.contour:.1%} of the outline are farther than two pixels from it": (
                 self.contour < LEAST_CONTOUR
             ),
-            f"{1 - self.slice_contour:.0%} of the outline of one slice are farther than two pixels": (
+            f"{one_slice} are farther than two pixels from it": (
                 self.contour >= LEAST_CONTOUR and self.slice_contour < LEAST_SLICE
             ),
             f"{self.blood:.1%} of a blood pool lie in its wall": self.blood > MOST_BLOOD,
@@ -161,7 +163,7 @@ def assess_coverage(mesh: HexMesh, mask: Mask, anatomy: Anatomy) -> Coverage:
     return Coverage(
         wall=covered,
         contour=contour,
-        slice_contour=min(_by_slice(anatomy, points, far < NEAR * pixel, weights), default=contour),
+        slice_contour=min(_by_slice(mesh, anatomy, pixel), default=contour),
         blood=float(max(inside, default=0.0)),
         filled=max((_filled(mask, anatomy, depth, muscle) for depth in depths), default=0),
         missed=(1 - covered) * len(wall) * float(np.prod(mask.spacing)) / ML,
@@ -211,12 +213,17 @@ def _depth(mask: Mask, pool: NDArray[np.bool_]) -> NDArray[np.float32]:
     return inner_distance(pool, spacing)
 
 
-def _by_slice(
-    anatomy: Anatomy, points: Array, near: NDArray[np.bool_], weights: Array
-) -> list[float]:
-    """Share of the weight of what is near, among the points (n, 3) in each slice of a stack."""
+def _by_slice(mesh: HexMesh, anatomy: Anatomy, pixel: float) -> list[float]:
+    """Share of the contours of wall and pools in each slice of a stack that is near the mesh.
+
+    These contours leave out the slivers between the walls of a mask, which no mesh follows.
+    """
     if anatomy.slices is None:
         return []
+    contours = list(anatomy.slices.contours.values())
+    points = np.concatenate([contour.points for contour in contours])
+    weights = np.concatenate([contour.weights for contour in contours])
+    near = closest_points(mesh, mesh.topology.external, points).distance < NEAR * pixel
     height = points @ anatomy.slices.normal
     nearest = np.abs(height[:, None] - anatomy.slices.heights).argmin(axis=1)
     total, covered = np.bincount(nearest, weights), np.bincount(nearest, weights * near)

@@ -146,7 +146,8 @@ def find_sections(stack: Stack, ventricles: str = "auto") -> ShortAxisContours |
     if second.any():
         pools, gaps = follow_pools(walls, holes, int(np.argmax(second)), 2, stack)
         thick = _thickness(walls, pools)
-        pools = pools[np.argsort(thick)[::-1]]
+        left = int(np.argmax(np.multiply(thick, _roundness(pools))))
+        pools = pools[[left, 1 - left]]
         both = _enough(largest, second) or ventricles == "biv" or min(thick) < FREE * max(thick)
     _check_choice(both, ventricles)
     if not both:
@@ -232,6 +233,25 @@ def _thickness(walls: Pixels, pools: Pixels) -> tuple[float, float]:
         for t in thick
     )
     return first, second
+
+
+def _roundness(pools: Pixels) -> tuple[float, float]:
+    """Area of two pools over that of the disc of their second moments; 1 is round.
+
+    Median over the slices that show both. A right pool is a crescent around the left one, and tells
+    them apart where the wall of a dilated left ventricle is as thin as the right one's.
+    """
+    seen = (pools.sum(axis=(2, 3)) >= LEAST_POOL).all(axis=0)
+    first, second = (
+        float(np.median([_disc_share(pool) for pool in slices]) if seen.any() else 1.0)
+        for slices in pools[:, seen]
+    )
+    return first, second
+
+
+def _disc_share(pool: Pixels) -> float:
+    """Area of a pool in a slice over that of the disc of its second moments."""
+    return float(pool.sum() / (2 * np.pi * np.trace(np.cov(np.argwhere(pool).T))))
 
 
 def _oriented(

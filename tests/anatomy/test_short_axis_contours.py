@@ -18,17 +18,17 @@ def disc(center: tuple[float, float], radius: float) -> np.ndarray:
     return np.hypot(I - center[0], J - center[1]) < radius
 
 
-def slices(n: int = 8, both: bool = True, drift: float = 0.0) -> np.ndarray:
+def slices(n: int = 8, both: bool = True, drift: float = 0.0, thick: float = 6.0) -> np.ndarray:
     """Slices from a closed apex upwards: a thick ring, and beside it a thin one."""
     out = [disc(LEFT, 10.0)]
     for k in range(1, n):
         left = (LEFT[0] + drift * k, LEFT[1])
         radius = 5.0 + 2 * k
-        wall = disc(left, radius + 6) & ~disc(left, radius)
+        wall = disc(left, radius + thick) & ~disc(left, radius)
         if both and k > 1:
             right = (RIGHT[0] + drift * k, RIGHT[1])
             outer, inner = disc(right, radius + 3), disc(right, radius)
-            wall |= outer & ~inner & ~disc(left, radius + 6)
+            wall |= outer & ~inner & ~disc(left, radius + thick)
         out.append(wall)
     return np.stack(out)
 
@@ -55,6 +55,14 @@ def test_pools_are_told_apart(drift: float) -> None:
     assert not found.left[0].any()
     assert not (found.left & found.right).any()
     assert not ((found.left | found.right) & ~found.heart).any()
+
+
+def test_of_two_walls_of_one_thickness_the_round_pool_is_the_left_one() -> None:
+    found = sections(slices(thick=3.0))
+    assert found.right is not None
+    assert found.left[-1, int(LEFT[0]), int(LEFT[1])]
+    mirrored = sections(slices(thick=3.0)[:, :, ::-1])
+    assert mirrored.left[-1, int(LEFT[0]), SHAPE[1] - 1 - int(LEFT[1])]
 
 
 def test_one_ventricle() -> None:
