@@ -15,8 +15,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from traitlets import Any as AnyTrait
-from traitlets import Bool, Dict, HasTraits, Instance, Int, List, Unicode, observe
+from traitlets import observe
 
 from heartgen.errors import HeartgenError, sentence
 from heartgen.options import ANALYZED
@@ -32,6 +31,7 @@ from heartgen.widgets.input_case import (
 from heartgen.widgets.memory import release_memory
 from heartgen.widgets.run_options import RunOptions
 from heartgen.widgets.runs import Outcome, Post, Run
+from heartgen.widgets.session_state import SessionState
 from heartgen.widgets.steps import step_states
 
 if TYPE_CHECKING:
@@ -44,51 +44,16 @@ MAX_UPLOAD = 400 * 1024 * 1024
 ALL_LEVELS = (1, 2, 3, 4, 5)
 
 
-class Session(HasTraits):
-    """One visitor's work.
+class Session(SessionState):
+    """One visitor's work, and the state that it leads to.
 
     Attributes
     ----------
     post : callable, optional
         Has a change made where the state lives; at once if omitted.
     **traits : object
-        First values of the attributes.
-    case : Case or None
-    anatomy : Anatomy or None
-        Of the case, under the choices of the moment.
-    reading : str
-        What is being read or measured; empty when nothing is.
-    complaint : str
-        Why the last input was refused, or its heart cannot be measured.
-    awaited : bool
-        An input was asked for that is not the case: it is being read, or was refused.
-    offer : str
-        Scheme of labels by which a file that was refused as a mask can be read.
-    choices : RunOptions
-    runs : list of Run
-        The newest last.
-    outcomes : list of Outcome
-        Every mesh of every run.
-    shown : Outcome or None
-        The one that is looked at, judged and taken away.
-    taken : str
-        What was downloaded last.
-    states : dict of str to StepState
+        First values of the state's attributes.
     """
-
-    case = AnyTrait(None, allow_none=True)
-    anatomy = AnyTrait(None, allow_none=True)
-    reading = Unicode("")
-    complaint = Unicode("")
-    awaited = Bool(False)
-    offer = Unicode("")
-    choices = Instance(RunOptions)
-    runs: List[Run] = List()
-    outcomes: List[Outcome] = List()
-    shown = AnyTrait(None, allow_none=True)
-    taken = Unicode("")
-    states = Dict()
-    cost_revision = Int(0)
 
     def __init__(self, post: Post | None = None, **traits: Any) -> None:
         super().__init__(choices=RunOptions(), **traits)
