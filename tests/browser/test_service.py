@@ -40,7 +40,7 @@ def test_mask_becomes_a_model_of_the_library(browser, running: Running, tmp_path
     page.click("main button:text('Submit')")
     page.wait_for_selector("#state.done")
     frame = page.frame_locator("iframe")
-    frame.locator("canvas").first.wait_for()
+    page.frame_locator("iframe").frame_locator("iframe").locator("canvas").first.wait_for()
     assert errors == []
     page.fill("form[action$=publish] input[name=title]", "A cup")
     page.fill("input[name=condition]", "healthy")
