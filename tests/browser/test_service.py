@@ -39,7 +39,6 @@ def test_mask_becomes_a_model_of_the_library(browser, running: Running, tmp_path
     page.select_option("select[name='option.optimize']", "no")
     page.click("main button:text('Submit')")
     page.wait_for_selector("#state.done")
-    frame = page.frame_locator("iframe")
     page.frame_locator("iframe").frame_locator("iframe").locator("canvas").first.wait_for()
     assert errors == []
     page.fill("form[action$=publish] input[name=title]", "A cup")
