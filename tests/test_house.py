@@ -15,6 +15,8 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+from benchmarks.layers import layers
+
 CHECKS = [
     "ruff check .",
     "ruff format --check .",
@@ -200,3 +202,12 @@ def test_functions_take_few_parameters(repository: Path) -> None:
                 if len(given) > MOST_PARAMETERS:
                     found[f"{module}.{node.name}"] = [p.arg for p in given]
     assert not found
+
+
+def test_the_picture_of_the_layers_shows_all_of_them(repository: Path) -> None:
+    texts = re.findall(r"<text[^>]*>([^<]+)</text>", (repository / "docs/layers.svg").read_text())
+    names = [name for row in layers() for name in row]
+    assert set(names) <= set(texts)
+    assert sum(text.endswith(" lines") for text in texts) == len(names), (
+        "python -m benchmarks.layers"
+    )
