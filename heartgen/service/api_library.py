@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, HTTPException, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import FileResponse
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 from starlette.background import BackgroundTask
 from starlette.datastructures import UploadFile
 
@@ -71,34 +71,27 @@ def _publish(wanted: Publication, service: Parts, caller: Publisher) -> ModelOut
     return model_out(model, service.settings.url)
 
 
+class Wanted(BaseModel):
+    """Words and facets that are looked for, and which of what is found."""
+
+    q: Line = Field("", description="Words.")
+    species: Line = ""
+    condition: Line = ""
+    modality: Line = ""
+    phase: Line = ""
+    sex: Line = ""
+    age_band: Line = ""
+    study: Line = ""
+    license: Line = ""
+    limit: Limit = 20
+    offset: Offset = 0
+
+
 @router.get("/models")
-def _search(
-    service: Parts,
-    caller: Reader,
-    q: Annotated[Line, Query(description="Words.")] = "",
-    species: Line = "",
-    condition: Line = "",
-    modality: Line = "",
-    phase: Line = "",
-    sex: Line = "",
-    age_band: Line = "",
-    study: Line = "",
-    license: Line = "",
-    limit: Limit = 20,
-    offset: Offset = 0,
-) -> Found:
+def _search(service: Parts, caller: Reader, wanted: Annotated[Wanted, Query()]) -> Found:
     """Search the latest versions by words and facets; and how many there are under each facet."""
-    facets = {
-        "species": species,
-        "condition": condition,
-        "modality": modality,
-        "phase": phase,
-        "sex": sex,
-        "age_band": age_band,
-        "study": study,
-        "license": license,
-    }
-    return service.library.search(q, facets, limit, offset)
+    facets = wanted.model_dump(exclude={"q", "limit", "offset"})
+    return service.library.search(wanted.q, facets, wanted.limit, wanted.offset)
 
 
 @router.get("/models/archive", response_class=FileResponse)
