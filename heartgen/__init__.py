@@ -11,6 +11,7 @@ from heartgen.renamed import FormerModules
 
 if TYPE_CHECKING:
     from heartgen import errors, samples
+    from heartgen.client import Client
     from heartgen.comparison import compare
     from heartgen.formats import read_mesh, write_mesh
     from heartgen.images import Mask, mask_from_array, read_labels, read_mask
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from heartgen.options import Options
     from heartgen.pipeline import personalize, personalize_levels
     from heartgen.result import Personalization
-    from heartgen.service.client import Client
 
 __version__ = "0.1.0"
 
@@ -51,7 +51,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Client": "heartgen.service.client",
+    "Client": "heartgen.client",
     "HexMesh": "heartgen.mesh",
     "Mask": "heartgen.images",
     "Options": "heartgen.options",

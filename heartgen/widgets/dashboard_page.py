@@ -15,6 +15,7 @@ from heartgen.widgets.panels.assess import AssessPanel
 from heartgen.widgets.panels.export import ExportPanel
 from heartgen.widgets.panels.fit_options import OptionsPanel
 from heartgen.widgets.panels.running import RunPanel
+from heartgen.widgets.panels.service import ServicePanel
 from heartgen.widgets.panels.slices import SlicesPanel
 from heartgen.widgets.panels.source import SourcePanel
 from heartgen.widgets.panels.view import ViewPanel
@@ -70,6 +71,8 @@ class Page:
         self.source = SourcePanel(session, first)
         self.options = OptionsPanel(session)
         self.running = RunPanel(session)
+        self.service = ServicePanel(session)
+        atexit.register(self.service.remote.close)
         self.panels: dict[str, Any] = {
             "input": SlicesPanel(session),
             "view": ViewPanel(session),
@@ -85,7 +88,7 @@ class Page:
                 ("export", "6 Export", "Download the mesh"),
             )
         }
-        side = [self.source.widget, self.options.widget, self.running.widget]
+        side = [self.source.widget, self.options.widget, self.running.widget, self.service.widget]
         middle = [
             classed(widgets.HBox(list(self.tabs.values())), "hg-tabs"),
             *(panel.widget for panel in self.panels.values()),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +27,12 @@ INTERVAL = 0.2
 
 Post = Callable[[Callable[[], None]], Any]
 """Has something done where the state may be changed: on the kernel's loop."""
+
+Progress = Callable[[str, float], None]
+"""Takes the running step and the share of it that is done; raises `Cancelled` to end the work."""
+
+Make = Callable[["Run", "Anatomy | None", Progress], "Sequence[Personalization]"]
+"""Makes what a run is for: one result for each of its levels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +73,8 @@ class Run(HasTraits):
         The input.
     options : Options
         Of the pipeline.
+    make : callable, optional
+        Makes the results; `fit_here` if omitted.
     **traits : object
         First values of the attributes.
     phase : {"waiting", "running", "done", "failed", "cancelled"}
@@ -96,8 +104,11 @@ class Run(HasTraits):
     case = AnyTrait()
     options = AnyTrait()
 
-    def __init__(self, case: InputCase, options: Options, **traits: Any) -> None:
+    def __init__(
+        self, case: InputCase, options: Options, make: Make | None = None, **traits: Any
+    ) -> None:
         super().__init__(case=case, options=options, **traits)
+        self.make = make or fit_here
         self.shares = dict.fromkeys(STEPS, 0.0)
         self._stop = threading.Event()
         self._started = 0.0
@@ -131,20 +142,12 @@ class Run(HasTraits):
         post : callable
             Has a change made where the state lives.
         """
-        from heartgen.pipeline import personalize_levels
-
         self._started = time.perf_counter()
         try:
-            self._raise_if_stopped()
+            self.raise_if_stopped()
             post(lambda: self._become("running"))
-            results = personalize_levels(
-                self.case.mask,
-                self.levels,
-                self.options,
-                progress=lambda step, done: self._report(step, done, post),
-                anatomy=anatomy,
-            )
-            self._raise_if_stopped()
+            results = self.make(self, anatomy, lambda step, done: self._report(step, done, post))
+            self.raise_if_stopped()
         except Cancelled:
             return
         except Exception as error:
@@ -154,13 +157,20 @@ class Run(HasTraits):
             outcomes = tuple(Outcome(self.number, self.case, result) for result in results)
             post(lambda: self._finish(outcomes))
 
-    def _raise_if_stopped(self) -> None:
+    def raise_if_stopped(self) -> None:
+        """End the work of a run that was cancelled.
+
+        Raises
+        ------
+        Cancelled
+            If it was.
+        """
         if self._stop.is_set():
             raise Cancelled("cancelled")
 
     def _report(self, step: str, done: float, post: Post) -> None:
         """Called by the pipeline, in its thread."""
-        self._raise_if_stopped()
+        self.raise_if_stopped()
         if done >= 1:
             self._passes[step] += 1
         elif time.perf_counter() - self._told < INTERVAL and done > 0:
@@ -210,6 +220,25 @@ class Run(HasTraits):
         self.left = 0.0
         self.outcomes = outcomes
         self.phase = "done"
+
+
+def fit_here(run: Run, anatomy: Anatomy | None, progress: Progress) -> Sequence[Personalization]:
+    """Fit the meshes of a run in this process.
+
+    Parameters
+    ----------
+    run : Run
+        With input, options and levels.
+    anatomy : Anatomy or None
+        The input's, if it is measured already; otherwise None.
+    progress : callable
+        Told how far it is.
+    """
+    from heartgen.pipeline import personalize_levels
+
+    return personalize_levels(
+        run.case.mask, run.levels, run.options, progress=progress, anatomy=anatomy
+    )
 
 
 def post_on_loop() -> Post | None:

@@ -30,7 +30,7 @@ from heartgen.widgets.input_case import (
 )
 from heartgen.widgets.memory import release_memory
 from heartgen.widgets.run_options import RunOptions
-from heartgen.widgets.runs import Outcome, Post, Run
+from heartgen.widgets.runs import Make, Outcome, Post, Run, fit_here
 from heartgen.widgets.session_state import SessionState
 from heartgen.widgets.steps import step_states
 
@@ -108,13 +108,15 @@ class Session(SessionState):
         """
         return self._load(f"reading {path.name}", lambda: load_file(path, scheme, frame))
 
-    def start(self, levels: tuple[int, ...] | None = None) -> Future[None]:
+    def start(self, levels: tuple[int, ...] | None = None, make: Make = fit_here) -> Future[None]:
         """Start a run with the choices of the moment, at one level or at several.
 
         Parameters
         ----------
         levels : tuple of int, optional
             Levels of detail; the chosen one if omitted.
+        make : callable
+            Makes the results, as of `Run`.
 
         Raises
         ------
@@ -128,7 +130,7 @@ class Session(SessionState):
         options = self.choices.options()
         case, anatomy = self.case, self._anatomy_for(options)
         levels = levels or (options.lod,)
-        run = Run(case, options, number=len(self.runs) + 1, levels=levels)
+        run = Run(case, options, make, number=len(self.runs) + 1, levels=levels)
         run.expected = self.costs.expect(options, self.both, levels, anatomy is not None)
         run.observe(self._run_changed, names=["phase"])
         self.runs = [*self.runs, run]
@@ -317,7 +319,8 @@ class Session(SessionState):
         """Take in what a run made."""
         run: Run = change["owner"]
         if run.phase == "done":
-            self.costs.learn(run.expected, run.seconds)
+            if run.make is fit_here:
+                self.costs.learn(run.expected, run.seconds)
             with self.hold_trait_notifications():
                 self.outcomes = [*self.outcomes, *run.outcomes]
                 if run.case is self.case:  # another heart may have come in the meantime
