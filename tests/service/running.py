@@ -65,10 +65,13 @@ class Running:
         }
         paths = [str(REPOSITORY), os.environ.get("PYTHONPATH", "")]
         self.environment["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
+        self.apart: dict[str, list[str]] = {}  # command lines of what else is started
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
 
     def command(self, name: str) -> list[str]:
         """The command line of a process."""
+        if name in self.apart:
+            return self.apart[name]
         address = f"tcp://127.0.0.1:{self.scheduler}"
         if name == "server":
             serve = "from heartgen.cli import main; main()"

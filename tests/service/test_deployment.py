@@ -5,16 +5,24 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import httpx
 import pytest
 from typer.core import TyperGroup
 from typer.main import get_command
 
+import heartgen
 from heartgen.cli.operating import app
+from heartgen.service.security import COOKIE
+from heartgen.service.service import Service
 from heartgen.service.settings import Settings
+from tests.service.helpers import Postgres, free_port
+from tests.service.running import STARTING, Running
 
 yaml: Any = pytest.importorskip("yaml")
 
@@ -88,3 +96,55 @@ def test_proxy_understands_its_file(repository: Path, tmp_path: Path) -> None:
         check=False,
     )
     assert answer.returncode == 0, answer.stderr
+
+
+@pytest.mark.slow
+def test_what_compose_starts_works_together_behind_its_proxy(
+    repository: Path, compose: dict[str, Any], postgres: Postgres, mask: Path, tmp_path: Path
+) -> None:
+    """Service, database, scheduler, two workers, dashboard and proxy, each as composed."""
+    caddy = shutil.which("caddy")
+    if caddy is None:
+        pytest.skip("Caddy is not installed: apt install caddy")
+    front, dashboard, admin = free_port(), free_port(), free_port()
+    url = f"http://127.0.0.1:{front}"
+    told = {"database": postgres.fresh(), "anonymous": False, "public_url": url}
+    assert compose["worker"]["deploy"]["replicas"] == 2
+    with Running(tmp_path, 0.05, scheduler=True, workers=2, **told) as running:
+        running.environment |= {
+            "HEARTGEN_SITE": url,
+            "HEARTGEN_SERVICE": running.url.partition("//")[2],
+            "HEARTGEN_DASHBOARD": f"127.0.0.1:{dashboard}",
+            "CADDY_ADMIN": f"127.0.0.1:{admin}",
+            "XDG_CONFIG_HOME": str(tmp_path),
+            "XDG_DATA_HOME": str(tmp_path),
+        }
+        running.apart = {
+            "proxy": [caddy, "run", "--config", str(repository / "deploy" / "Caddyfile")],
+            "dashboard": [sys.executable, "-c", "from heartgen.cli import main; main()"]
+            + [
+                {"0.0.0.0": "127.0.0.1", "8888": str(dashboard)}.get(word, word)
+                for word in compose["dashboard"]["command"][1:]
+            ],
+        }
+        for name in running.apart:
+            running.start(name)
+        service = Service(Settings(data=tmp_path / "data", database=told["database"]))
+        token = service.tokens.create("group", ["jobs", "library"])
+        service.database.close()
+        client = heartgen.Client(url, token)
+        job = client.submit(mask)
+        assert client.wait(job, timeout=300, progress=lambda _: None)["summary"]["success"]
+        names = [path.name for path in client.download(job, tmp_path / "out")]
+        assert names == ["mesh.exf", "mesh.vtu", "report.json"]
+        assert heartgen.Client(url)._http.get(f"/v1/jobs/{job}").status_code == 401
+        library = httpx.get(f"{url}/library", headers={"Cookie": f"{COOKIE}={token}"})
+        assert "0 models" in library.text
+        assert library.headers["Content-Security-Policy"]
+        end = time.monotonic() + STARTING
+        while (page := client._http.get("/dashboard/")).status_code == 502:
+            assert time.monotonic() < end, (tmp_path / "dashboard.log").read_text()
+            time.sleep(0.5)
+        page = client._http.get("/dashboard/", follow_redirects=True)
+        assert page.status_code == 200
+        assert page.url.path.startswith("/dashboard/")
