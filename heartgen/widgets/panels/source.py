@@ -144,7 +144,7 @@ class SourcePanel:
         refused = session.awaited and bool(session.complaint)
         self.relabel.layout.display = "" if refused and session.offer else "none"
         self.keep.layout.display = "" if refused and session.case else "none"
-        self.keep.description = f"Go on with {session.case.name}" if session.case else ""
+        self.keep.description = f"Go on with {session.case.name}" if session.case else "Go on"
 
     def _draw(self, _: Any) -> None:
         case = self.session.case
