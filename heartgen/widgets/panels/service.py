@@ -128,5 +128,5 @@ def _line(control: Any, label: str, tooltip: str) -> Any:
 
 def _title(model: dict[str, Any]) -> str:
     """A model in the list."""
-    about = ", ".join(model[name] for name in SHOWN if model[name])
+    about = ", ".join(model[name] for name in SHOWN if model[name] not in ("", "unknown"))
     return f"{model['title']} · {about}" if about else str(model["title"])
