@@ -16,7 +16,7 @@ import heartgen
 from heartgen import samples
 from heartgen.anatomy import Anatomy, analyze
 from heartgen.fairness import CIRCUMFERENTIAL, LONGITUDINAL, assess_fairness, mesh_lines
-from heartgen.formats.assembled import assembled
+from heartgen.formats.assembled import NamedSets, assembled
 from heartgen.mesh import HexMesh
 from heartgen.mesh.bases import lagrange_extraction
 from heartgen.mesh.bernstein import lattice
@@ -102,7 +102,9 @@ def plate(amplitude: float, radius: float) -> HexMesh:
     extraction = lagrange_extraction(number, len(first))
     index = place[:, [2, 0, 1]]
     nodes = corner_nodes(extraction)
-    mesh = assembled(points, extraction, nodes, np.ones(len(points)), "lagrange", index, {}, {}, {})
+    mesh = assembled(
+        points, extraction, nodes, np.ones(len(points)), "lagrange", index, NamedSets({}, {}, {})
+    )
     inner = np.stack([np.arange(len(place)), np.full(len(place), 4)], -1)
     return HexMesh(mesh.dofs, replace(mesh.topology, surfaces={"lv_endo": inner}))
 
