@@ -52,6 +52,32 @@ def replacing(path: str | Path) -> Iterator[Path]:
             temporary.unlink()
 
 
+@contextmanager
+def results_in(folder: Path) -> Iterator[None]:
+    """Create a folder, and say so if the results cannot be written into it.
+
+    Parameters
+    ----------
+    folder : Path
+        May be absent.
+
+    Raises
+    ------
+    FileError
+        If the system refuses the folder, or what the block writes.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        yield
+    except HeartgenError:
+        raise
+    except OSError as error:
+        raise FileError(
+            f"{folder}: the results cannot be written there ({error.strerror or error}): choose "
+            "a folder with free space in which you may write"
+        ) from error
+
+
 def flush(path: Path) -> None:
     """Have a file on the disk; `OSError` if there is no place for all of it.
 

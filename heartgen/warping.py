@@ -58,7 +58,7 @@ def warp_nodes(
     mesh : HexMesh
         mm, world (LPS).
     deformation : callable
-        Maps points (m, 3) to deformed points (m, 3), mm, world (LPS).
+        As of `warp`.
 
     Returns
     -------

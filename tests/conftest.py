@@ -8,6 +8,10 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+import heartgen
+from heartgen import samples
+from heartgen.result import Personalization
+
 REPOSITORY = Path(__file__).resolve().parents[1]
 
 settings.register_profile("local", deadline=None)
@@ -28,3 +32,15 @@ def shared_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"the real cases are not there: {folder}")
     return folder
+
+
+@pytest.fixture(scope="session")
+def lifelike() -> samples.Sample:
+    """A real-looking ventricle of voxels of 2 mm, which keep the tests quick."""
+    return samples.lifelike_lv(2.0, noise=0.1, seed=4)
+
+
+@pytest.fixture(scope="session")
+def fitted(lifelike: samples.Sample) -> Personalization:
+    """Its mesh at the first level of detail; nobody changes it."""
+    return heartgen.personalize(lifelike.mask)

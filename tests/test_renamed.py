@@ -8,6 +8,7 @@ import warnings
 from dataclasses import asdict, replace
 from importlib import import_module
 from pathlib import Path
+from pydoc import locate
 
 import numpy as np
 import pandas as pd
@@ -231,6 +232,41 @@ def test_name_is_in_its_package(package: str) -> None:
         assert former not in module.__all__
     with pytest.raises(AttributeError, match="nonsense"):
         _ = module.nonsense
+
+
+@pytest.mark.parametrize(
+    ("module", "name"),
+    [(module, name) for module, names in renamed.MOVED.items() for name in names],
+)
+def test_name_that_left_its_module_is_imported_from_it(
+    module: str, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    place = renamed.MOVED[module][name]
+    told = renamed.REPLACED.get(name, f"{place}.{name}")
+    same = getattr(import_module(place), name)
+    assert locate(told) is not None
+    former = [old for old, new in renamed.MODULES.items() if new == module] or [module]
+    for home in former:
+        if home != module:
+            monkeypatch.delitem(sys.modules, home, raising=False)
+        with pytest.warns(FutureWarning, match=f"{module}.{name} is now {told}"):
+            assert getattr(import_module(home), name) is same
+
+
+def test_functions_that_are_no_more_give_what_they_gave(cup: samples.Sample) -> None:
+    from heartgen import former
+
+    mesh = heartgen.personalize(cup.mask, elements=(1, 4, 2), optimize=False).mesh
+    parameters = former.nodal_parameters(mesh)
+    assert len(parameters.values) == parameters.counts.sum()
+    generic = former.generic_mesh(mesh.topology)
+    np.testing.assert_array_equal(generic.control, mesh.topology.generic)
+    assert former.elements_from_text("1x12x6") == (1, 12, 6)
+    assert former.direction_from_text("-1,-1,0") == (-1, -1, 0)
+    scene = former.empty_scene((30, 20))
+    assert former.finished(scene, None) is scene
+    assert scene.window_size == [30, 20]
+    scene.close()
 
 
 def test_no_former_module_is_there() -> None:

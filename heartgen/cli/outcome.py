@@ -13,6 +13,7 @@ import typer
 from rich.console import Console
 
 from heartgen.errors import Cancelled, FileError, HeartgenError, notes_of, refused_by_system
+from heartgen.files import results_in
 from heartgen.wording import worded_for
 
 FAILED = 1
@@ -91,19 +92,14 @@ def written_together(folder: Path) -> Iterator[Path]:
     """
     created = not folder.exists()
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".heartgen-", dir=folder) as stage:
+        with (
+            results_in(folder),
+            tempfile.TemporaryDirectory(prefix=".heartgen-", dir=folder) as stage,
+        ):
             yield Path(stage)
             for file in sorted(Path(stage).iterdir()):
                 file.replace(folder / file.name)
                 typer.echo(folder / file.name)
-    except HeartgenError:
-        raise
-    except OSError as error:
-        raise FileError(
-            f"{folder}: the results cannot be written there ({error.strerror or error}): choose "
-            "a folder with free space in which you may write"
-        ) from error
     finally:
         if created:
             with suppress(OSError):  # not empty: all is well

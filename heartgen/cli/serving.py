@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated
 
 import typer
@@ -32,38 +33,38 @@ BaseUrl = Annotated[
 ]
 
 
-@app.command(cls=Command)
-def dashboard(
-    host: Host = "localhost",
-    port: Port = None,
-    token: Token = None,
-    base_url: BaseUrl = "/",
-    no_browser: NoBrowser = False,
-    debug: Debug = False,
-) -> None:
-    """Serve the dashboard: mask in, mesh out, in a browser."""
-    with errors_reported(debug):
-        from heartgen.serving.server import Address, serve
+def _serving(page: str, told: str) -> Callable[..., None]:
+    """A command that serves a page.
 
-        serve(Address(host, port, token, _slashed(base_url), browser=not no_browser))
+    Parameters
+    ----------
+    page : str
+        As of `heartgen.serving.server.Address`.
+    told : str
+        What its help says.
+    """
 
+    def command(
+        host: Host = "localhost",
+        port: Port = None,
+        token: Token = None,
+        base_url: BaseUrl = "/",
+        no_browser: NoBrowser = False,
+        debug: Debug = False,
+    ) -> None:
+        with errors_reported(debug):
+            from heartgen.serving.server import Address, serve
 
-@app.command(cls=Command)
-def apps(
-    host: Host = "localhost",
-    port: Port = None,
-    token: Token = None,
-    base_url: BaseUrl = "/",
-    no_browser: NoBrowser = False,
-    debug: Debug = False,
-) -> None:
-    """Serve all apps: the dashboard, accuracy against quality, states of a heart."""
-    with errors_reported(debug):
-        from heartgen.serving.server import INDEX, Address, serve
+            path = f"/{base_url.strip('/')}/".replace("//", "/")
+            serve(Address(host, port, token, path, browser=not no_browser, page=page))
 
-        serve(Address(host, port, token, _slashed(base_url), browser=not no_browser, page=INDEX))
+    command.__doc__ = told
+    return command
 
 
-def _slashed(base_url: str) -> str:
-    """The path with a slash at each end."""
-    return f"/{base_url.strip('/')}/".replace("//", "/")
+app.command("dashboard", cls=Command)(
+    _serving("dashboard", "Serve the dashboard: mask in, mesh out, in a browser.")
+)
+app.command("apps", cls=Command)(
+    _serving("index", "Serve all apps: the dashboard, accuracy against quality, states of a heart.")
+)

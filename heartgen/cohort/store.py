@@ -14,8 +14,8 @@ from filelock import FileLock, Timeout
 
 from heartgen.cohort.job import STAGE, Job, is_as_asked, rows_of
 from heartgen.cohort.rows import FAILED, Row, table_of
-from heartgen.errors import FileError, HeartgenError, InputError
-from heartgen.files import replacing
+from heartgen.errors import HeartgenError, InputError
+from heartgen.files import replacing, results_in
 from heartgen.renamed import new_table
 
 if TYPE_CHECKING:
@@ -47,23 +47,17 @@ def opened(out: Path) -> Iterator[None]:
     HeartgenError
         If it cannot be written, or another run has it.
     """
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        with FileLock(out / LOCK, timeout=0):
-            shutil.rmtree(out / CASES / STAGE, ignore_errors=True)
-            yield
-            shutil.rmtree(out / CASES / STAGE, ignore_errors=True)
-    except Timeout:
-        raise HeartgenError(
-            f"{out}: another run writes its results there: wait for it, or choose another folder"
-        ) from None
-    except HeartgenError:
-        raise
-    except OSError as error:
-        raise FileError(
-            f"{out}: the results cannot be written there ({error.strerror or error}): choose "
-            "a folder with free space in which you may write"
-        ) from error
+    with results_in(out):
+        try:
+            with FileLock(out / LOCK, timeout=0):
+                shutil.rmtree(out / CASES / STAGE, ignore_errors=True)
+                yield
+                shutil.rmtree(out / CASES / STAGE, ignore_errors=True)
+        except Timeout:
+            raise HeartgenError(
+                f"{out}: another run writes its results there: wait for it, or choose another "
+                "folder"
+            ) from None
 
 
 def done_before(jobs: Sequence[Job], redo: bool) -> dict[str, list[Row]]:

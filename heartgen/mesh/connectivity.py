@@ -16,6 +16,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from heartgen.mesh.bernstein import ORDER
+from heartgen.renamed import keep_former_names
 
 SAME = 1e-9
 """Distance below which two generic places are one: far above the rounding of places of size 1, and
@@ -100,3 +101,6 @@ def merge_coincident(places: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDA
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))
     return rank[number], first[order]
+
+
+keep_former_names(__name__)

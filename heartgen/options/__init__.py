@@ -19,6 +19,7 @@ from heartgen.options.text import (
     settings_from_text,
 )
 from heartgen.options.values import QUALITY_LIMITS, Apex, Insertion
+from heartgen.renamed import keep_former_names
 
 __all__ = [
     "ANALYZED",
@@ -42,3 +43,5 @@ __all__ = [
     "settings_from_text",
     "usual_elements",
 ]
+
+keep_former_names(__name__)

@@ -9,12 +9,12 @@ from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import Any
 
-from heartgen.renamed.tables import MODULES, NAMES
+from heartgen.renamed.tables import MODULES, MOVED, NAMES, REPLACED
 from heartgen.renamed.telling import warn_of
 
 
 def keep_former_names(module: str) -> None:
-    """Let names be imported from a module under former names, as `NAMES` has them.
+    """Let names be imported from a module under former names, as `NAMES` and `MOVED` have them.
 
     Parameters
     ----------
@@ -25,15 +25,24 @@ def keep_former_names(module: str) -> None:
     known = getattr(home, "__getattr__", None)
 
     def former(name: str) -> Any:
-        new = NAMES[module].get(name)
+        new = NAMES.get(module, {}).get(name)
         if new is not None:
             warn_of(f"{module}.{name}", new)
             return getattr(home, new)
+        if name in MOVED.get(module, {}):
+            return _moved(module, name)
         if known is not None:
             return known(name)
         raise AttributeError(f"module {module!r} has no attribute {name!r}")
 
     setattr(home, "__getattr__", former)  # noqa: B010  # unseen by mypy, which checks new names
+
+
+def _moved(module: str, name: str) -> Any:
+    """What has left a module, or stands for it; warns of where it is, or what is used instead."""
+    place = MOVED[module][name]
+    warn_of(f"{module}.{name}", REPLACED.get(name, f"{place}.{name}"))
+    return getattr(import_module(place), name)
 
 
 def new_module(name: str) -> str | None:
@@ -87,6 +96,8 @@ class FormerModules(MetaPathFinder, Loader):
         home = import_module(new)
 
         def there(name: str) -> Any:
+            if name in MOVED.get(home.__name__, {}):
+                return _moved(home.__name__, name)
             return getattr(home, NAMES.get(home.__name__, {}).get(name, name))
 
         setattr(module, "__getattr__", there)  # noqa: B010

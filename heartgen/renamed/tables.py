@@ -99,6 +99,7 @@ MODULES: Mapping[str, str] = {
     "heartgen.fields.patch": "heartgen.fields.patch_coordinates",
     "heartgen.fields.shape": "heartgen.fields.wall_shape",
     "heartgen.formats.files": "heartgen.formats.written",
+    "heartgen.formats.nodal": "heartgen.mesh.versions",
     "heartgen.formats.reading": "heartgen.formats.mesh_reading",
     "heartgen.formats.resampling.writing": "heartgen.formats.resampling.cell_files",
     "heartgen.formats.skeleton": "heartgen.mesh.skeleton",
@@ -162,3 +163,41 @@ NAMES: Mapping[str, Mapping[str, str]] = {
     "heartgen.viewing.fiber_glyphs": {"plot_fibres": "plot_fibers", "add_fibres": "add_fibers"},
 }
 """Names in modules, by the modules' new names."""
+
+MOVED: Mapping[str, Mapping[str, str]] = {
+    "heartgen.mesh.connectivity": {"generic_mesh": "heartgen.former"},
+    "heartgen.mesh.versions": dict.fromkeys(
+        ("NodalParameters", "nodal_parameters"), "heartgen.former"
+    ),
+    "heartgen.options": dict.fromkeys(
+        ("direction_from_text", "elements_from_text"), "heartgen.former"
+    ),
+    "heartgen.options.text": {
+        "UNSET": "heartgen.options.option",
+        "as_text": "heartgen.options.option",
+        "combinations": "heartgen.cohort.sweeping",
+    },
+    "heartgen.viewing.fields": dict.fromkeys(("empty_scene", "finished"), "heartgen.former"),
+    "heartgen.viewing.scene": {
+        **dict.fromkeys(
+            ("AZIMUTH", "ELEVATION", "FILL", "UPRIGHT", "VIEW_ANGLE", "camera_around"),
+            "heartgen.viewing.camera",
+        ),
+        **dict.fromkeys(("can_render", "require_graphics"), "heartgen.viewing.windows"),
+    },
+    "heartgen.widgets.session": dict.fromkeys(
+        ("post_on_loop", "siblings"), "heartgen.widgets.runs"
+    ),
+}
+"""Where names are now that are the same and have left their modules, by the modules' new names."""
+
+REPLACED: Mapping[str, str] = {
+    "NodalParameters": "heartgen.mesh.versions.Versions",
+    "direction_from_text": "heartgen.options.option_from_text",
+    "elements_from_text": "heartgen.options.option_from_text",
+    "empty_scene": "heartgen.viewing.windows.Window.empty",
+    "finished": "heartgen.viewing.windows.Window.shown",
+    "generic_mesh": "heartgen.mesh.topology.Topology.generic",
+    "nodal_parameters": "heartgen.mesh.topology.Topology.versions",
+}
+"""What is used instead of each name of `heartgen.former`."""

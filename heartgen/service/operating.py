@@ -104,15 +104,7 @@ class Timing:
         )
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a request.
-
-        Parameters
-        ----------
-        scope : dict
-            Of the request.
-        receive, send : callable
-            Of ASGI.
-        """
+        """Answer a request, as ASGI asks for it."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return

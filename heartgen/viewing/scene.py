@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from heartgen.errors import InputError
 from heartgen.mesh import HexMesh
+from heartgen.renamed import keep_former_names
 from heartgen.viewing.camera import look_at
 from heartgen.viewing.card import SURFACE_NAMES
 from heartgen.viewing.polydata import (
@@ -299,3 +300,6 @@ def add_scalar_surface(
         name="mesh",
         **SURFACE_LOOK,
     )
+
+
+keep_former_names(__name__)

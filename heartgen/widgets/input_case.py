@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -50,6 +51,23 @@ class InputCase:
     def name(self) -> str:
         """Name of the mask."""
         return self.mask.name
+
+
+def name_unlike(name: str, taken: Collection[str]) -> str:
+    """A name that tells one from the others: the given one, or that with a number.
+
+    Parameters
+    ----------
+    name : str
+        That is wanted.
+    taken : collection of str
+        Names of the others.
+    """
+    found, n = name, 1
+    while found in taken:
+        n += 1
+        found = f"{name} ({n})"
+    return found
 
 
 class LabelMapError(InputError):

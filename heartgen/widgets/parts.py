@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import html
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import ipywidgets as widgets
 
 from heartgen.widgets.hints import explained
 from heartgen.widgets.session import Session
 from heartgen.widgets.steps import STEPS, StepState
+
+if TYPE_CHECKING:
+    from heartgen.viewing.card import Section
 
 STYLE = Path(__file__).parent / "web" / "style.css"
 
@@ -90,6 +93,26 @@ def card(title: str, *parts: Any) -> widgets.VBox:
     """
     heading = text(f"<h2>{html.escape(title)}</h2>", "hg-title")
     return classed(widgets.VBox([heading, *parts]), "hg-card")
+
+
+def sections_html(sections: Iterable[Section]) -> str:
+    """Tables of names and values, each under its title.
+
+    Parameters
+    ----------
+    sections : iterable of Section
+        From above to below.
+    """
+    parts = "".join(
+        f"<section><h3>{html.escape(section.title)}</h3><table>"
+        + "".join(
+            f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
+            for name, value in section.rows
+        )
+        + "</table></section>"
+        for section in sections
+    )
+    return f'<div class="hg-sections">{parts}</div>'
 
 
 def status(doing: str, complaint: str, otherwise: str = "") -> str:

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from traitlets import HasTraits, List, Unicode
+from traitlets import List, Unicode
 
 from heartgen.errors import Cancelled
 from heartgen.options import STEPS
@@ -18,7 +18,7 @@ from heartgen.saved_result import keep_mask
 from heartgen.widgets.input_case import InputCase
 from heartgen.widgets.run_options import changed_options
 from heartgen.widgets.runs import Make, Outcome, Run
-from heartgen.widgets.worker import Worker
+from heartgen.widgets.work_state import WorkState
 
 if TYPE_CHECKING:
     from heartgen.anatomy import Anatomy
@@ -69,7 +69,7 @@ class Address:
         return Client(self.url.strip(), self.token.strip() or None)
 
 
-class Remote(HasTraits):
+class Remote(WorkState):
     """A service beside a session.
 
     Parameters
@@ -79,29 +79,18 @@ class Remote(HasTraits):
 
     Attributes
     ----------
-    doing : str
-        What is being asked; empty when nothing is.
-    complaint : str
-        Why the last question was not answered.
     models : list of dict
         What the last search found, as the service tells it.
     found : str
         How many there are, in words.
     """
 
-    doing = Unicode("")
-    complaint = Unicode("")
     models: List[dict[str, Any]] = List()
     found = Unicode("")
 
     def __init__(self, session: Session) -> None:
-        super().__init__()
+        super().__init__(session.post)
         self.session = session
-        self._worker = Worker(self._told, session.post)
-
-    def close(self) -> None:
-        """Ask no more."""
-        self._worker.close()
 
     def send(self, address: Address) -> Future[None]:
         """Have the heart fitted by a service, with the choices of the moment.
@@ -149,10 +138,6 @@ class Remote(HasTraits):
             lambda: fetched(address.client(), identifier),
             self._take_result,
         )
-
-    def _told(self, doing: str, complaint: str) -> None:
-        with self.hold_trait_notifications():
-            self.doing, self.complaint = doing, complaint
 
     def _take_models(self, found: dict[str, Any]) -> None:
         total = found["total"]

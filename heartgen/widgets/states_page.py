@@ -15,7 +15,17 @@ import ipywidgets as widgets
 from heartgen.widgets.file_panel import FilePanel
 from heartgen.widgets.frame import framed, two_sided
 from heartgen.widgets.panels.view import key_html
-from heartgen.widgets.parts import button, card, choose, classed, picture, row, status, text
+from heartgen.widgets.parts import (
+    button,
+    card,
+    choose,
+    classed,
+    picture,
+    row,
+    sections_html,
+    status,
+    text,
+)
 from heartgen.widgets.runs import post_on_loop
 from heartgen.widgets.session import ALL_LEVELS
 from heartgen.widgets.states_session import Compared, StatesSession
@@ -250,15 +260,6 @@ def comparison_html(found: Compared) -> str:
 
     said = table.headline(found.comparison)
     notes = "".join(f"<li>{html.escape(note)}</li>" for note in found.comparison.notes)
-    changes = "".join(
-        f"<section><h3>{html.escape(section.title)}</h3><table>"
-        + "".join(
-            f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
-            for name, value in section.rows
-        )
-        + "</table></section>"
-        for section in table.changes(found.comparison)
-    )
     columns = table.states(found.comparison)
     heads = "".join(f"<th>{html.escape(name)}</th>" for name in columns.names)
     rows = "".join(
@@ -271,7 +272,7 @@ def comparison_html(found: Compared) -> str:
         f'<p class="hg-verdict hg-{"doubtful" if notes else "good"}"><b>'
         f"{html.escape(said[0].upper() + said[1:])}</b></p>"
         f"{f'<ul>{notes}</ul>' if notes else ''}"
-        f'<div class="hg-sections">{changes}</div>'
+        f"{sections_html(table.changes(found.comparison))}"
         f'<div class="hg-table hg-wide-table"><h3>States</h3><table><thead><tr><th></th>{heads}'
         f"</tr></thead><tbody>{rows}</tbody></table></div>"
     )

@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from traitlets import Any as AnyTrait
-from traitlets import HasTraits, Int, List, Unicode
+from traitlets import Int, List
 
-from heartgen.widgets.input_case import BINARY, load_file
-from heartgen.widgets.runs import Post
-from heartgen.widgets.worker import Worker
+from heartgen.widgets.input_case import BINARY, load_file, name_unlike
+from heartgen.widgets.work_state import WorkState
 
 if TYPE_CHECKING:
     from heartgen.comparison import Comparison
@@ -66,7 +65,7 @@ class Compared:
     bullseyes: tuple[Bullseye, ...]
 
 
-class StatesSession(HasTraits):
+class StatesSession(WorkState):
     """One visitor's comparison.
 
     Attributes
@@ -77,26 +76,13 @@ class StatesSession(HasTraits):
         In the order in which they came.
     compared : Compared or None
         None as long as there are less than two.
-    doing : str
-        What is being read, fitted or compared; empty when nothing is.
-    complaint : str
-        Why the last of it failed.
     lod : int
         Level of detail at which masks are fitted.
     """
 
     states: List[HeartState] = List()
     compared = AnyTrait(None, allow_none=True)
-    doing = Unicode("")
-    complaint = Unicode("")
     lod = Int(LOD, min=1, max=5)
-
-    def __init__(self, post: Post | None = None) -> None:
-        super().__init__()
-        self._worker = Worker(self._told, post)
-        self.folder = self._worker.folder
-        self.post = self._worker.post
-        self.close = self._worker.close
 
     def load_beat(self, name: str) -> Future[None]:
         """Take a heart of the samples at the end of diastole and of systole.
@@ -145,16 +131,6 @@ class StatesSession(HasTraits):
 
         return self._worker.do(f"reading {kept.name}", make, self._add)
 
-    def refuse(self, sentence: str) -> None:
-        """Say why an input was not even read.
-
-        Parameters
-        ----------
-        sentence : str
-            What is wrong, and what to do.
-        """
-        self.complaint = sentence
-
     def remove(self, state: HeartState) -> None:
         """Compare without a state.
 
@@ -181,11 +157,7 @@ class StatesSession(HasTraits):
         """Take in states, under names of their own."""
         all_states = list(self.states)
         for state in states:
-            taken = {each.name for each in all_states}
-            name, n = state.name, 1
-            while name in taken:
-                n += 1
-                name = f"{state.name} ({n})"
+            name = name_unlike(state.name, {each.name for each in all_states})
             all_states.append(HeartState(name, state.mesh, state.origin))
         self.states = all_states
         self._compare()
@@ -201,12 +173,6 @@ class StatesSession(HasTraits):
         """Take in a comparison, unless there are other states by now."""
         if found.states == tuple(self.states):
             self.compared = found
-
-    def _told(self, doing: str, complaint: str) -> None:
-        with self.hold_trait_notifications():
-            self.doing = doing
-            if complaint or doing:
-                self.complaint = complaint
 
 
 def csv_text(found: Compared) -> str:

@@ -15,15 +15,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from traitlets import Any as AnyTrait
-from traitlets import HasTraits, List, Tuple, Unicode
+from traitlets import List, Tuple, Unicode
 
 from heartgen.errors import InputError
 from heartgen.options import Options, as_text, option_from_text
-from heartgen.widgets.input_case import InputCase, analyze_case, load_file, load_sample
+from heartgen.widgets.input_case import (
+    InputCase,
+    analyze_case,
+    load_file,
+    load_sample,
+    name_unlike,
+)
 from heartgen.widgets.memory import release_memory
 from heartgen.widgets.run_options import OFFERED
 from heartgen.widgets.runs import Outcome, Post, Run
-from heartgen.widgets.worker import Worker
+from heartgen.widgets.work_state import WorkState
 
 if TYPE_CHECKING:
     from heartgen.anatomy import Anatomy
@@ -36,7 +42,7 @@ DEFAULT = "auto"
 """Elements that are left to heartgen."""
 
 
-class TradeoffStudy(HasTraits):
+class TradeoffStudy(WorkState):
     """One visitor's hearts, and what has been fitted to them.
 
     Attributes
@@ -53,10 +59,6 @@ class TradeoffStudy(HasTraits):
         The newest last.
     outcomes : list of Outcome
         Every mesh of every run.
-    doing : str
-        What is being read; empty when nothing is.
-    complaint : str
-        Why the last input was refused, or the choices cannot be fitted.
     moved : object
         Set anew whenever a run has come further.
     """
@@ -67,15 +69,10 @@ class TradeoffStudy(HasTraits):
     qualities = Unicode("0.3, 1, 3")
     runs: List[Run] = List()
     outcomes: List[Outcome] = List()
-    doing = Unicode("")
-    complaint = Unicode("")
     moved = AnyTrait(None, allow_none=True)
 
     def __init__(self, post: Post | None = None) -> None:
-        super().__init__()
-        self._worker = Worker(self._told, post)
-        self.folder = self._worker.folder
-        self.post = self._worker.post
+        super().__init__(post)
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="heartgen-fit")
         self._anatomies: dict[InputCase, Anatomy] = {}
 
@@ -83,7 +80,7 @@ class TradeoffStudy(HasTraits):
         """End all work and remove what was uploaded."""
         self.cancel()
         self._pool.shutdown(wait=False, cancel_futures=True)
-        self._worker.close()
+        super().close()
 
     def add_sample(self, name: str) -> Any:
         """Add a heart of the samples.
@@ -107,16 +104,6 @@ class TradeoffStudy(HasTraits):
         """
         kept = self._worker.keep(path)
         return self._worker.do(f"reading {kept.name}", lambda: load_file(kept, scheme), self._add)
-
-    def refuse(self, sentence: str) -> None:
-        """Say why an input was not even read.
-
-        Parameters
-        ----------
-        sentence : str
-            What is wrong, and what to do.
-        """
-        self.complaint = sentence
 
     def remove(self, heart: InputCase) -> None:
         """Fit a heart no more; what was fitted stays.
@@ -238,21 +225,11 @@ class TradeoffStudy(HasTraits):
 
     def _add(self, heart: InputCase) -> None:
         """Take in a heart, under a name of its own."""
-        taken = {each.name for each in self.hearts}
         if any(each.sha256 == heart.sha256 for each in self.hearts):
             self.complaint = f"{heart.name} is there already"
             return
-        name, n = heart.name, 1
-        while name in taken:
-            n += 1
-            name = f"{heart.name} ({n})"
+        name = name_unlike(heart.name, {each.name for each in self.hearts})
         self.hearts = [*self.hearts, replace(heart, mask=replace(heart.mask, name=name))]
-
-    def _told(self, doing: str, complaint: str) -> None:
-        with self.hold_trait_notifications():
-            self.doing = doing
-            if complaint or doing:
-                self.complaint = complaint
 
 
 def curves(outcomes: Sequence[Outcome]) -> list[tuple[str, list[Outcome]]]:

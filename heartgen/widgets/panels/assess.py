@@ -7,7 +7,7 @@ from typing import Any
 
 import ipywidgets as widgets
 
-from heartgen.widgets.parts import button, classed, head, picture, text
+from heartgen.widgets.parts import button, classed, head, picture, sections_html, text
 from heartgen.widgets.runs import Outcome, siblings
 from heartgen.widgets.session import Session
 from heartgen.widgets.tradeoff_plot import Tradeoff, point
@@ -139,18 +139,9 @@ def card_html(outcome: Outcome) -> str:
 
     report = outcome.result.report
     judged = verdict(report)
-    parts = "".join(
-        f"<section><h3>{html.escape(section.title)}</h3><table>"
-        + "".join(
-            f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
-            for name, value in section.rows
-        )
-        + "</table></section>"
-        for section in sections(report)
-    )
     return (
         f'<p class="hg-verdict hg-{judged.level}"><b>{html.escape(outcome.title)}</b> · '
-        f'{html.escape(judged.text)}</p><div class="hg-sections">{parts}</div>'
+        f"{html.escape(judged.text)}</p>{sections_html(sections(report))}"
     )
 
 

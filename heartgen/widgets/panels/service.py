@@ -104,7 +104,7 @@ class ServicePanel:
             self.remote.complaint = ""
             act()
         except HeartgenError as error:
-            self.remote.complaint = str(error)
+            self.remote.refuse(str(error))
 
     def _list(self, _: Any) -> None:
         """Offer what was found."""
