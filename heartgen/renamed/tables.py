@@ -85,6 +85,7 @@ MODULES: Mapping[str, str] = {
     "heartgen.apps.panels.take": "heartgen.widgets.panels.export",
     "heartgen.apps.scene": "heartgen.widgets.mesh_scene",
     "heartgen.apps.server": "heartgen.serving.server",
+    "heartgen.apps.session": "heartgen.widgets.session",
     "heartgen.apps.standalone": "heartgen.serving.standalone",
     "heartgen.cli.choices": "heartgen.cli.parameters",
     "heartgen.cohort.choices": "heartgen.options.text",
