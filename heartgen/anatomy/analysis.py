@@ -14,7 +14,7 @@ from heartgen.anatomy.blood_pools import BloodPools, find_pools
 from heartgen.anatomy.fit_surfaces import heights, mesh_surfaces, truncated_indicator
 from heartgen.anatomy.heart_shape import POOL_SURFACES, HeartShape, Slices
 from heartgen.anatomy.mask_findings import opening_findings, treatment_findings
-from heartgen.anatomy.plausibility import check_proportions
+from heartgen.anatomy.plausibility import check_proportions, check_roundness
 from heartgen.anatomy.right_ventricle import RvAnatomy, measure_right
 from heartgen.anatomy.short_axis_contours import find_sections
 from heartgen.anatomy.sizes import heart_frame, wall_thickness
@@ -269,6 +269,7 @@ def _measured(shape: HeartShape) -> Anatomy:
         findings=(
             *shape.findings,
             *check_proportions(length, radius, typical, len(pool_points[0]) / len(wall_points)),
+            *check_roundness(pool_points[0], frame[:3, 2], voxel),
         ),
         rv=None
         if len(levels) == 1

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from heartgen.anatomy.plausibility import check_proportions
+from heartgen.anatomy.plausibility import check_proportions, check_roundness, roundness
 
 
 @pytest.mark.parametrize(
@@ -40,4 +43,36 @@ def test_what_is_no_heart_is_told(
 ) -> None:
     (finding,) = check_proportions(length, radius, thickness, ratio)
     assert words in finding.message
+    assert finding.serious
+
+
+def _voxels(crescent: float, scale: float = 1.0) -> tuple[np.ndarray, float]:
+    """Pool of voxels of 1 mm: a cylinder, less one that is moved by some of its radius."""
+    x = np.stack(np.meshgrid(*[np.arange(-24.0, 25.0)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    inside = np.hypot(x[:, 0], x[:, 1]) < 20
+    return scale * x[inside & (np.hypot(x[:, 0] - crescent * 20, x[:, 1]) >= 20)], scale
+
+
+@given(angle=st.floats(0, 3), scale=st.floats(0.1, 10))
+def test_roundness_knows_neither_size_nor_direction(angle: float, scale: float) -> None:
+    pool, voxel = _voxels(0.9, scale)
+    turn = np.array(
+        [[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]]
+    )
+    straight = roundness(pool, np.array([0.0, 0.0, 1.0]), voxel)
+    turned = roundness(pool @ turn.T, turn @ [0.0, 0.0, 1.0], voxel)
+    assert turned == pytest.approx(straight, rel=0.05)
+    assert straight == pytest.approx(roundness(*_direction(0.9)), rel=0.02)
+
+
+def _direction(crescent: float) -> tuple[np.ndarray, np.ndarray, float]:
+    pool, voxel = _voxels(crescent)
+    return pool, np.array([0.0, 0.0, 1.0]), voxel
+
+
+def test_a_disc_is_round_and_a_crescent_is_told() -> None:
+    assert roundness(*_direction(2.0)) == pytest.approx(1.0, abs=0.02)
+    assert check_roundness(*_direction(2.0)) == []
+    (finding,) = check_roundness(*_direction(0.9))
+    assert "crescent" in finding.message
     assert finding.serious
