@@ -78,6 +78,7 @@ def measure(job: Row) -> list[Row]:
             "wall": report.coverage.wall,
             "contour": report.coverage.contour,
             "slice contour": report.coverage.slice_contour,
+            "stray": report.coverage.stray,
             "blood": report.coverage.blood,
             "seconds": sum(report.seconds.values()),
             "optimization": report.seconds.get("optimization", 0.0),

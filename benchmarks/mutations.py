@@ -1,11 +1,13 @@
 """Label maps that are spoiled as scanners and observers spoil them: what comes of each.
 
 usage: python -m benchmarks.mutations FOLDER... [--every 10] [--ventricles biv lv] [--jobs N]
-                                      [--output FILE.jsonl]
+                                      [--sheets FOLDER] [--output FILE.jsonl]
 
 Every label map (0 background, 1 right pool, 2 left wall, 3 left pool) is read by the scheme acdc
 and meshed, as it is and once for each mutation. The table counts successes (by our rule: see
-`heartgen.report`), meshes that the report says are none, refusals and crashes.
+`heartgen.report`), meshes that the report says are none, refusals and crashes. Cavities are
+compared with those of the map as it was; with --sheets, SHEETS/NAME.png shows the mesh over that
+map.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import heartgen
+from benchmarks.labels import POOLS, cavity, draw, slices_of
 from benchmarks.rows import Row, resume, table
 from heartgen.errors import HeartgenError
 
@@ -37,27 +40,27 @@ OUTCOMES = ("success", "told", "refused", "crashed")
 """A success by our rule; a mesh that the report says is none; no mesh, and a sentence; neither."""
 
 
-def slices_of(labels: Labels) -> NDArray[np.intp]:
+def walled(labels: Labels) -> NDArray[np.intp]:
     """Slices (n,) that show a wall, along the last axis."""
     return np.flatnonzero((labels == WALL).any(axis=(0, 1)))
 
 
 def without(labels: Labels, index: int) -> Labels:
     """Without one of the slices."""
-    labels[..., slices_of(labels)[index]] = 0
+    labels[..., walled(labels)[index]] = 0
     return labels
 
 
 def filled(labels: Labels, index: int) -> Labels:
     """With the left pool of one slice taken for wall."""
-    plane = labels[..., slices_of(labels)[index]]
+    plane = labels[..., walled(labels)[index]]
     plane[plane == LEFT] = WALL
     return labels
 
 
 def open_top(labels: Labels, base: int) -> Labels:
     """With a C-shaped wall in the basal slice."""
-    plane = labels[..., slices_of(labels)[base]]
+    plane = labels[..., walled(labels)[base]]
     center = np.argwhere(plane == LEFT).mean(0) if (plane == LEFT).any() else (0, 0)
     i, j = np.indices(plane.shape)
     plane[(plane == WALL) & (i > center[0]) & (np.abs(j - center[1]) < (i - center[0]) / 2)] = 0
@@ -66,7 +69,7 @@ def open_top(labels: Labels, base: int) -> Labels:
 
 def with_gaps(labels: Labels, base: int) -> Labels:
     """With a gap of one pixel in the left wall of every other slice."""
-    for k in slices_of(labels)[::2]:
+    for k in walled(labels)[::2]:
         plane = labels[..., k]
         row = int(np.argwhere(plane == WALL)[:, 0].mean())
         right = np.argwhere(plane[row] == WALL)
@@ -76,7 +79,7 @@ def with_gaps(labels: Labels, base: int) -> Labels:
 
 def shifted(labels: Labels, pixels: int) -> Labels:
     """With a slice in the middle moved."""
-    k = slices_of(labels)[len(slices_of(labels)) // 2]
+    k = walled(labels)[len(walled(labels)) // 2]
     labels[..., k] = np.roll(labels[..., k], pixels, axis=0)
     return labels
 
@@ -84,7 +87,7 @@ def shifted(labels: Labels, pixels: int) -> Labels:
 def halved(labels: Labels) -> Labels:
     """With every other slice alone."""
     keep = np.zeros(labels.shape[2], dtype=bool)
-    keep[slices_of(labels)[::2]] = True
+    keep[walled(labels)[::2]] = True
     labels[..., ~keep] = 0
     return labels
 
@@ -121,21 +124,30 @@ def measure(job: Row) -> list[Row]:
 def _meshed(job: Row) -> Row:
     """Figures of the mesh of a mutated map."""
     image = nibabel.load(job["path"])
-    labels = np.asarray(image.dataobj).astype(np.uint8)
+    given = np.asarray(image.dataobj).astype(np.uint8)
     pixel = float(np.linalg.norm(image.affine[:3, 0]))
-    changed = mutations(labels, pixel)[job["mutation"]](labels.copy())
+    changed = mutations(given, pixel)[job["mutation"]](given.copy())
     kind = job["ventricles"]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, Path(job["path"]).name)
         nibabel.save(nibabel.Nifti1Image(changed, image.affine), path)
         mask = heartgen.read_labels(path, "acdc", ventricles=kind)
-        report = heartgen.personalize(mask, lod=LEVELS[kind], elements=ELEMENTS[kind]).report
+        result = heartgen.personalize(mask, lod=LEVELS[kind], elements=ELEMENTS[kind])
+    report = result.report
+    walls, labels = slices_of(Path(job["path"]), result)
+    if job["sheets"] is not None:
+        name = f"{job['case']} {kind} {job['mutation']}"
+        draw(Path(job["sheets"]), name, walls, labels, report.success)
     return {
         "outcome": "success" if report.success else "told",
         "why": "; ".join(report.shortcomings),
         "error": report.accuracy.mean,
         "largest": report.accuracy.max,
         "quality": report.quality.mean,
+        "slice contour": report.coverage.slice_contour,
+        "stray": report.coverage.stray,
+        "left cavity": cavity(walls, labels, POOLS["left"]),
+        "right cavity": cavity(walls, labels, POOLS["right"]),
         "seconds": sum(report.seconds.values()),
         "notes": "; ".join(f.message for f in report.findings),
     }
@@ -167,12 +179,20 @@ def main() -> None:
     parser.add_argument("--every", type=int, default=10)
     parser.add_argument("--ventricles", nargs="+", default=list(ELEMENTS), choices=list(ELEMENTS))
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--sheets", type=Path)
     parser.add_argument("--output", type=Path, default=Path("benchmarks/results/mutations.jsonl"))
     given = parser.parse_args()
     paths = sorted(p for f in given.folders for p in f.glob("*.nii.gz"))[:: given.every]
+    sheets = None if given.sheets is None else str(given.sheets)
     names = mutations(np.ones((3, 3, 3), dtype=np.uint8), 1.0)
     jobs = [
-        {"case": p.name.removesuffix(".nii.gz"), "path": str(p), "mutation": m, "ventricles": v}
+        {
+            "case": p.name.removesuffix(".nii.gz"),
+            "path": str(p),
+            "mutation": m,
+            "ventricles": v,
+            "sheets": sheets,
+        }
         for p in paths
         for v in given.ventricles
         for m in names

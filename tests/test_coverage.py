@@ -122,6 +122,25 @@ def test_one_slice_that_the_mesh_does_not_follow_is_told() -> None:
     assert "of the outline of one slice" in coverage.finding.message
 
 
+def test_a_wall_where_one_slice_has_none_is_told() -> None:
+    stack = short_axis(samples.lifelike_lv(COARSE).mask, 8.0)
+    result = heartgen.personalize(stack, lod=1)
+    assert result.report.coverage.stray < 0.006
+    axis = stack.stack_axis
+    assert axis is not None
+    # One slice has lost the quarter of its wall on one side.
+    voxels = np.moveaxis(stack.voxels.copy(), axis, 0)
+    plane = voxels[len(voxels) // 2]
+    i, j = np.indices(plane.shape) - np.argwhere(plane).mean(0)[:, None, None]
+    lost = plane & (i > 0) & (np.abs(j) < i)
+    plane[lost] = False
+    spoiled = replace(stack, voxels=np.moveaxis(voxels, 0, axis))
+    coverage = assess_coverage(result.mesh, spoiled, result.anatomy)
+    assert 0.1 < coverage.stray < 0.3
+    assert coverage.finding is not None
+    assert "from the wall there" in coverage.finding.message
+
+
 def _across(stack: Mask) -> np.ndarray:
     normal = stack.affine[:3, stack.stack_axis]
     return np.asarray(normal / np.linalg.norm(normal))
