@@ -179,7 +179,7 @@ def assess_coverage(mesh: HexMesh, mask: Mask, anatomy: Anatomy) -> Coverage:
         wall=covered,
         contour=contour,
         slice_contour=min(_by_slice(mesh, anatomy, pixel), default=contour),
-        stray=max(_stray(mask, anatomy, samples), default=0.0),
+        stray=max(_stray(mask, anatomy, np.any(pools, axis=0), samples), default=0.0),
         blood=float(max(inside, default=0.0)),
         filled=max((_filled(mask, anatomy, depth, muscle) for depth in depths), default=0),
         missed=(1 - covered) * len(wall) * float(np.prod(mask.spacing)) / ML,
@@ -246,24 +246,40 @@ def _by_slice(mesh: HexMesh, anatomy: Anatomy, pixel: float) -> list[float]:
     return [float(part / whole) for part, whole in zip(covered, total, strict=True) if whole > 0]
 
 
-def _stray(mask: Mask, anatomy: Anatomy, samples: Array) -> list[float]:
-    """Share of the mesh's cross-section in each slice that is far from the wall of the slice."""
+def _stray(mask: Mask, anatomy: Anatomy, pool: NDArray[np.bool_], samples: Array) -> list[float]:
+    """Share of the mesh's cross-section in each slice that is far from the wall of the slice.
+
+    Where a pool tapers off in its last slice, that it is narrower is no matter of the wall: see
+    `_filled`.
+    """
     axis = mask.stack_axis
     if axis is None or anatomy.slices is None:
         return []
     index = mask.to_index(samples + anatomy.slices.shift_at(samples))
     off = np.abs(index[:, axis] - index[:, axis].round()) * mask.spacing[axis]
-    pixels = np.unique(index[off < mask.pixel / 2].round().astype(int), axis=0)
+    pixels = index[off < mask.pixel / 2].round().astype(int)
     pixels = pixels[((pixels >= 0) & (pixels < mask.voxels.shape)).all(axis=1)]
-    spacing = mask.spacing.copy()
-    spacing[axis] = APART
-    away = ndi.distance_transform_edt(~mask.voxels, sampling=spacing)[tuple(pixels.T)]
-    shown = np.asarray(mask.voxels.any(axis=tuple(np.delete(range(3), axis))))
-    number = pixels[:, axis]
-    area = np.bincount(number, minlength=len(shown))
-    far = np.bincount(number, away > STRAY * mask.pixel, minlength=len(shown))
-    seen = shown & (area > 0)
-    return [float(share) for share in far[seen] / area[seen]]
+    section = np.zeros(mask.voxels.shape, dtype=bool)
+    section[tuple(pixels.T)] = True
+    sections, walls, bloods = (np.moveaxis(a, axis, 0) for a in (section, mask.voxels, pool))
+    if mask.affine[:3, axis] @ anatomy.slices.normal < 0:
+        sections, walls, bloods = sections[::-1], walls[::-1], bloods[::-1]
+    shares = []
+    below = np.zeros_like(bloods[0])
+    for mesh, wall, blood in zip(sections, walls, bloods, strict=True):
+        if wall.any() and mesh.any():
+            away = ndi.distance_transform_edt(~(wall | _begun(blood, below))) > STRAY
+            shares.append(float(np.mean(away[mesh])))
+        below = blood
+    return shares
+
+
+def _begun(blood: NDArray[np.bool_], below: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Pools of a slice that do not go on in the slice below it, towards the apex."""
+    pieces, count = ndi.label(blood)
+    goes_on = np.bincount(pieces[below], minlength=count + 1) > 0
+    goes_on[0] = True
+    return np.asarray(~goes_on[pieces])
 
 
 def _filled(mask: Mask, anatomy: Anatomy, depth: NDArray[np.float32], muscle: cKDTree) -> int:

@@ -269,7 +269,8 @@ def _measured(shape: HeartShape) -> Anatomy:
         findings=(
             *shape.findings,
             *check_proportions(length, radius, typical, len(pool_points[0]) / len(wall_points)),
-            *check_roundness(pool_points[0], frame[:3, 2], voxel),
+            # Beside a right pool, the left one is known by more than its roundness.
+            *(check_roundness(pool_points[0], frame[:3, 2], voxel) if len(levels) == 1 else ()),
         ),
         rv=None
         if len(levels) == 1
