@@ -35,7 +35,7 @@ UPLOAD_MEGABYTES = 100
 PATIENCE = 600_000
 READY = ".hg-side .hg-step-input .hg-done"
 SHOWN = ".hg-step-view .hg-done"
-RUN = ".hg-primary:enabled"
+RUN = ".hg-primary:enabled:visible"
 
 
 def main() -> None:
@@ -58,7 +58,7 @@ def first(chromium: Browser, address: str, rows: list[tuple[str, str]]) -> None:
     page.set_default_timeout(PATIENCE)
     start = time.perf_counter()
     page.goto(address)
-    page.wait_for_selector(".hg-primary")
+    page.wait_for_selector(".hg-primary:visible")
     rows.append(("URL to page", since(start)))
     page.wait_for_selector(RUN)
     rows.append(("URL to usable page: sample loaded, Run enabled", since(start)))
