@@ -14,6 +14,7 @@ from fastapi.routing import APIRoute
 from fastapi.staticfiles import StaticFiles
 from prometheus_client import CollectorRegistry
 from sqlalchemy.exc import SQLAlchemyError
+from starlette.exceptions import HTTPException
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
 from heartgen import __version__
@@ -83,6 +84,7 @@ def make_app(settings: Settings) -> FastAPI:
     if settings.takes_anonymous and settings.is_local:
         # A name that leads here from elsewhere must not make a browser's pages ours.
         app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOCAL])
+    app.add_exception_handler(HTTPException, pages.lost)
     app.add_exception_handler(HeartgenError, _refused)
     app.add_exception_handler(RequestValidationError, _invalid)
     app.add_exception_handler(SQLAlchemyError, _no_database)

@@ -10,11 +10,13 @@ from urllib.parse import urlencode
 
 from fastapi import APIRouter, Depends, HTTPException, Request, Response
 from fastapi.concurrency import run_in_threadpool
+from fastapi.exception_handlers import http_exception_handler
 from fastapi.responses import RedirectResponse
 from fastapi.security import HTTPAuthorizationCredentials
 from fastapi.templating import Jinja2Templates
 from pydantic import ValidationError
 from starlette.datastructures import FormData
+from starlette.exceptions import HTTPException as StarletteHTTPException
 
 from heartgen.errors import HeartgenError, sentence
 from heartgen.formats import FORMATS
@@ -87,6 +89,18 @@ Visitor = Annotated[Caller, Depends(visitor)]
 def _home(request: Request, service: Parts, caller: Visitor) -> Response:
     """The form, and the visitor's last jobs."""
     return _first(request, service, caller)
+
+
+@router.get("/api")
+def _api(request: Request) -> Response:
+    """What scripts can ask for."""
+    paths: dict[str, dict[str, Any]] = request.app.openapi()["paths"]
+    told = [
+        {"method": method.upper(), "path": path, "about": each["description"].partition("\n")[0]}
+        for path, methods in paths.items()
+        for method, each in methods.items()
+    ]
+    return _page(request, "api.html", requests=told)
 
 
 @router.post("/submit")
@@ -284,6 +298,23 @@ def _page(request: Request, name: str, code: int = 200, **told: Any) -> Response
     """A page of a template."""
     told |= {"form_key": form_key(request), "has_token": COOKIE in request.cookies}
     return templates.TemplateResponse(request, name, told, code)
+
+
+async def lost(request: Request, error: Exception) -> Response:
+    """An error of a page as a page, and of the API as its clients read it.
+
+    Parameters
+    ----------
+    request : Request
+        That was refused.
+    error : HTTPException
+        With the reason.
+    """
+    assert isinstance(error, StarletteHTTPException)
+    sought = "text/html" in request.headers.get("accept", "")
+    if error.status_code == 404 and sought and not request.url.path.startswith("/v1/"):
+        return _page(request, "lost.html", 404, detail=error.detail)
+    return await http_exception_handler(request, error)
 
 
 def _allow(caller: Caller, scope: str) -> None:

@@ -10,6 +10,7 @@ import ipywidgets as widgets
 
 from heartgen.errors import InputError
 from heartgen.widgets.frame import framed, two_sided
+from heartgen.widgets.hints import marked
 from heartgen.widgets.input_case import sample_choices
 from heartgen.widgets.panels.assess import AssessPanel
 from heartgen.widgets.panels.export import ExportPanel
@@ -89,8 +90,13 @@ class Page:
             )
         }
         side = [self.source.widget, self.options.widget, self.running.widget, self.service.widget]
+        for key, panel in self.panels.items():
+            title = self.tabs[key].description
+            marked(self.tabs[key], role="tab", aria_controls=f"hg-panel-{key}")
+            marked(panel.widget, role="tabpanel", id=f"hg-panel-{key}", aria_label=title)
+        tabs = classed(widgets.HBox(list(self.tabs.values())), "hg-tabs")
         middle = [
-            classed(widgets.HBox(list(self.tabs.values())), "hg-tabs"),
+            marked(tabs, role="tablist", aria_label="Steps"),
             *(panel.widget for panel in self.panels.values()),
         ]
         self.widget = framed([two_sided(side, middle)], ABOUT)
@@ -113,6 +119,11 @@ class Page:
             panel.widget.layout.display = "" if name == key else "none"
             tab = self.tabs[name]
             (tab.add_class if name == key else tab.remove_class)("hg-open")
+            marked(
+                tab,
+                aria_selected=str(name == key).lower(),
+                tabindex="0" if name == key else "-1",
+            )
         if key == "view" and not self._looked:
             self._looked = True
             # While a view is hidden, the browser misplaces its camera.

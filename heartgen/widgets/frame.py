@@ -10,7 +10,7 @@ from typing import Any
 import ipywidgets as widgets
 
 from heartgen import GLOSSARY, __version__
-from heartgen.widgets.hints import hints
+from heartgen.widgets.hints import hints, marked
 from heartgen.widgets.parts import classed, style, text
 from heartgen.widgets.transfer import Pulse
 
@@ -46,11 +46,11 @@ def framed(
         widgets.VBox(
             [
                 style(),
-                text(header, "hg-header"),
+                marked(text(header, "hg-header"), role="banner"),
                 *parts,
                 Pulse(),
                 hints(),
-                text(FOOTER, "hg-footer"),
+                marked(text(FOOTER, "hg-footer"), role="contentinfo"),
             ]
         ),
         "hg-app",
@@ -68,9 +68,24 @@ def two_sided(side: Sequence[Any], middle: Sequence[Any]) -> widgets.Widget:
     return classed(
         widgets.HBox(
             [
-                classed(widgets.VBox(list(side)), "hg-side"),
-                classed(widgets.VBox(list(middle)), "hg-main"),
+                marked(
+                    classed(widgets.VBox(list(side)), "hg-side"),
+                    role="region",
+                    aria_label="Input and choices",
+                ),
+                main_part(middle),
             ]
         ),
         "hg-body",
     )
+
+
+def main_part(parts: Sequence[Any]) -> widgets.Widget:
+    """What a page is for, which those who use a screen reader find by its landmark.
+
+    Parameters
+    ----------
+    parts : sequence of ipywidgets.Widget
+        From above to below.
+    """
+    return marked(classed(widgets.VBox(list(parts)), "hg-main"), role="main")

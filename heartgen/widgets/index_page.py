@@ -9,7 +9,7 @@ from pathlib import Path
 
 import ipywidgets as widgets
 
-from heartgen.widgets.frame import framed
+from heartgen.widgets.frame import framed, main_part
 from heartgen.widgets.parts import classed, text
 
 PICTURES = Path(__file__).parent / "pictures"
@@ -147,7 +147,8 @@ def index() -> widgets.Widget:
         f'<h2>Tutorials</h2><nav aria-label="Tutorials">{lessons}</nav>',
         "hg-index",
     )
-    return framed([classed(widgets.VBox([shown]), "hg-panel")], ABOUT, linked=False)
+    panel = classed(widgets.VBox([shown]), "hg-panel")
+    return framed([main_part([panel])], ABOUT, linked=False)
 
 
 def _card(entry: Entry, address: str, new: bool) -> str:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import ipywidgets as widgets
 
 from heartgen.errors import InputError
+from heartgen.widgets.hints import hints
 from heartgen.widgets.input_case import InputCase
 from heartgen.widgets.panels.assess import link_tradeoff
 from heartgen.widgets.panels.view import ViewPanel
@@ -131,6 +132,6 @@ def _framed(session: Session, *above: widgets.Widget) -> widgets.Widget:
     """The 3-D view in a frame that a notebook's cell can hold."""
     panel = ViewPanel(session, titled=False)
     panel.open()
-    made = classed(widgets.VBox([style(), *above, panel.widget]), "hg-app hg-cell")
+    made = classed(widgets.VBox([style(), *above, panel.widget, hints()]), "hg-app hg-cell")
     made.session = session
     return made

@@ -17,7 +17,10 @@ from heartgen.widgets.steps import STEPS, StepState
 if TYPE_CHECKING:
     from heartgen.viewing.card import Section
 
-STYLE = Path(__file__).parent / "web" / "style.css"
+WEB = Path(__file__).parent / "web"
+
+STYLES = ("theme.css", "style.css", "narrow.css")
+"""What gives the pages their look, each over those before it."""
 
 MARKS = {"blocked": "–", "ready": "", "running": "", "done": "✓", "failed": "!"}
 """What the badge of a step shows instead of its number."""
@@ -63,6 +66,21 @@ def head(session: Session, key: str) -> widgets.HTML:
     return shown
 
 
+def name_html(title: str) -> str:
+    """A name in a list: where it is too long for its place, its middle is left out, not its end.
+
+    Parameters
+    ----------
+    title : str
+        Parts with dots between them, the last of which is always shown whole.
+    """
+    begin, dot, end = title.rpartition(" · ")
+    return (
+        f'<b class="hg-name" title="{html.escape(title)}"><span>{html.escape(begin)}</span>'
+        f"<span>{html.escape(dot)}{html.escape(end)}</span></b>"
+    )
+
+
 def text(value: str = "", classes: str = "") -> widgets.HTML:
     """A piece of HTML.
 
@@ -78,7 +96,8 @@ def text(value: str = "", classes: str = "") -> widgets.HTML:
 
 def style() -> widgets.HTML:
     """What gives the page its look; once on every page."""
-    return text(f"<style>{STYLE.read_text(encoding='utf-8')}</style>", "hg-style")
+    rules = "".join((WEB / name).read_text(encoding="utf-8") for name in STYLES)
+    return text(f"<style>{rules}</style>", "hg-style")
 
 
 def card(title: str, *parts: Any) -> widgets.VBox:

@@ -261,7 +261,7 @@ def comparison_html(found: Compared) -> str:
     said = table.headline(found.comparison)
     notes = "".join(f"<li>{html.escape(note)}</li>" for note in found.comparison.notes)
     columns = table.states(found.comparison)
-    heads = "".join(f"<th>{html.escape(name)}</th>" for name in columns.names)
+    heads = "".join(f'<th scope="col">{html.escape(name)}</th>' for name in columns.names)
     rows = "".join(
         f"<tr><td>{html.escape(name)}</td>"
         + "".join(f"<td>{html.escape(value)}</td>" for value in values)
@@ -273,8 +273,9 @@ def comparison_html(found: Compared) -> str:
         f"{html.escape(said[0].upper() + said[1:])}</b></p>"
         f"{f'<ul>{notes}</ul>' if notes else ''}"
         f"{sections_html(table.changes(found.comparison))}"
-        f'<div class="hg-table hg-wide-table"><h3>States</h3><table><thead><tr><th></th>{heads}'
-        f"</tr></thead><tbody>{rows}</tbody></table></div>"
+        '<div class="hg-table"><h3>States</h3>'
+        '<div class="hg-scroll" tabindex="0" role="region" aria-label="States">'
+        f"<table><thead><tr><td></td>{heads}</tr></thead><tbody>{rows}</tbody></table></div></div>"
     )
 
 

@@ -166,7 +166,7 @@ class TradeoffPage:
         said = status(doing, study.complaint, ready)
         if study.active:
             share = (done + (_share(current) if current else 0)) / len(study.runs)
-            said += f'<progress max="1" value="{share:.3f}"></progress>'
+            said += f'<progress aria-label="All runs" max="1" value="{share:.3f}"></progress>'
             said += f'<p class="hg-note">{done} of {len(study.runs)} runs are done</p>'
         self.bar.value = said
 
@@ -259,8 +259,9 @@ def table_html(runs: Sequence[Run], shown: Outcome | None) -> str:
         return ""
     heads = ("heart", "elements", "weight", "level", "error (mm)", "95 %", "Q", "least Q", "status")
     return (
-        f"<h3>Meshes</h3><table><thead><tr>{''.join(f'<th>{h}</th>' for h in heads)}</tr></thead>"
-        f"<tbody>{rows}</tbody></table>"
+        '<h3>Meshes</h3><div class="hg-scroll" tabindex="0" role="region" aria-label="Meshes">'
+        f"<table><thead><tr>{''.join(f'<th>{h}</th>' for h in heads)}</tr></thead>"
+        f"<tbody>{rows}</tbody></table></div>"
     )
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.browser.axe import violations, violations_by_theme
 from tests.browser.seeing import is_colored, is_mesh, wait_for_view
 
 pytestmark = pytest.mark.slow
@@ -32,8 +33,10 @@ def test_index_leads_to_an_app_that_shows_a_heart(browser, apps, name):
     if name == "dashboard":  # nothing has been fitted yet: it shows the mask
         page.locator(".hg-tab-view").click()
     wait_for_view(page, is_colored if name == "dashboard" else is_mesh)
+    assert violations_by_theme(page) == []
     page.get_by_role("link", name="All apps").click()
     page.wait_for_selector(".hg-index nav a")
+    assert violations_by_theme(page) == []
     page.close()
 
 
@@ -48,4 +51,5 @@ def test_pages_fit_a_phone(browser, apps):
                  .map(e => e.getBoundingClientRect().right)"""
         )
         assert max(wide) <= 390
+        assert violations(page) == []
     page.close()

@@ -258,7 +258,7 @@ def test_cancel_takes_effect_at_once(ran, coarse):
 def test_levels_are_compared_and_a_point_loads_its_mesh(ran, coarse):
     ran.get_by_role("button", name="All levels", exact=True).click()
     ran.wait_for_selector(".hg-step-assess .hg-done", state="attached", timeout=180_000)
-    ran.get_by_role("button", name="5 Assess").click()
+    ran.get_by_role("tab", name="5 Assess").click()
     assert ran.locator(".hg-point").count() == 5
     assert ran.locator(".hg-threshold").count() == 1
     ran.locator(".hg-point").nth(3).click()
@@ -270,7 +270,7 @@ def test_levels_are_compared_and_a_point_loads_its_mesh(ran, coarse):
 
 def test_python_lines_are_copied(ran):
     ran.context.grant_permissions(["clipboard-read", "clipboard-write"])
-    ran.get_by_role("button", name="6 Export").click()
+    ran.get_by_role("tab", name="6 Export").click()
     ran.get_by_role("button", name="Copy", exact=True).click()
     ran.wait_for_selector(".hg-copy:has-text('Copied')")
     copied = ran.evaluate("() => navigator.clipboard.readText()")
@@ -279,7 +279,7 @@ def test_python_lines_are_copied(ran):
 
 
 def test_download_is_read_by_others(ran, tmp_path):
-    ran.get_by_role("button", name="6 Export").click()
+    ran.get_by_role("tab", name="6 Export").click()
     with ran.expect_download() as download:
         ran.locator(".hg-download").click()
     download.value.save_as(tmp_path / "heart.zip")

@@ -11,6 +11,7 @@ pytest.importorskip("fastapi")
 
 from heartgen import samples
 from heartgen.images.writing import write_mask
+from tests.browser.axe import violations_by_theme
 from tests.service.running import Running
 
 pytestmark = pytest.mark.slow
@@ -36,23 +37,31 @@ def test_mask_becomes_a_model_of_the_library(browser, running: Running, tmp_path
     page.set_input_files("input[name=mask]", tmp_path / "heart.nii.gz")
     page.fill("input[name=title]", "From the browser")
     page.click("summary")
+    found = violations_by_theme(page)
     page.select_option("select[name='option.optimize']", "no")
     page.click("main button:text('Submit')")
     page.wait_for_selector("#state.done")
     page.frame_locator("iframe").frame_locator("iframe").locator("canvas").first.wait_for()
+    found += violations_by_theme(page)
     assert errors == []
     page.fill("form[action$=publish] input[name=title]", "A cup")
     page.fill("input[name=condition]", "healthy")
     page.check("input[name=no_names]")
     page.click("main button:text('Publish')")
     page.wait_for_url("**/library/HG-*/v1")
+    found += violations_by_theme(page)
     page.click("nav >> text=Library")
+    found += violations_by_theme(page)
     page.click("aside >> text=healthy")
     assert page.locator("a.model").count() == 1
     page.click("a.model")
     with page.expect_download() as download:
         page.click(".formats >> text=/^exf$/")
     download.value.save_as(tmp_path / "mesh.exf")
+    for path in ("login", "api", "nothing"):
+        page.goto(f"{running.url}/{path}")
+        found += violations_by_theme(page)
+    assert found == []
     page.close()
     context = pytest.importorskip("cmlibs.zinc.context").Context("service")
     region = context.getDefaultRegion()

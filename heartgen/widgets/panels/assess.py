@@ -7,7 +7,16 @@ from typing import Any
 
 import ipywidgets as widgets
 
-from heartgen.widgets.parts import button, classed, head, picture, sections_html, text
+from heartgen.widgets.hints import marked
+from heartgen.widgets.parts import (
+    button,
+    classed,
+    head,
+    name_html,
+    picture,
+    sections_html,
+    text,
+)
 from heartgen.widgets.runs import Outcome, siblings
 from heartgen.widgets.session import Session
 from heartgen.widgets.tradeoff_plot import Tradeoff, point
@@ -61,7 +70,10 @@ class AssessPanel:
     def __init__(self, session: Session) -> None:
         self.session = session
         self.card = text("", "hg-report")
-        self.figure = classed(widgets.Image(format="png"), "hg-histograms")
+        self.figure = marked(
+            classed(widgets.Image(format="png"), "hg-histograms"),
+            alt="Histograms of error and quality, and the mean error of each surface",
+        )
         self.tradeoff = Tradeoff()
         self.sweep = button(
             "Fit all levels of detail", "Fit this case at all five levels and compare", self._sweep
@@ -156,7 +168,7 @@ def table_html(outcomes: list[Outcome], shown: Outcome) -> str:
         The one that is looked at.
     """
     rows = "".join(
-        f'<tr class="{"hg-shown" if o is shown else ""}"><td>{html.escape(o.title)}</td>'
+        f'<tr class="{"hg-shown" if o is shown else ""}"><td>{name_html(o.title)}</td>'
         f"<td>{o.result.report.accuracy.mean:.3f}</td><td>{o.result.report.accuracy.p95:.3f}</td>"
         f"<td>{o.result.report.quality.mean:.3f}</td><td>{o.result.report.quality.min:.3f}</td>"
         f"<td>{o.result.report.fairness.circumferential_median:.0f}</td>"
@@ -165,7 +177,8 @@ def table_html(outcomes: list[Outcome], shown: Outcome) -> str:
         for o in reversed(outcomes)
     )
     return (
+        '<div class="hg-scroll" tabindex="0" role="region" aria-label="Runs">'
         "<table><thead><tr><th>run</th><th>error (mm)</th><th>95 %</th><th>Q</th><th>least Q</th>"
         "<th>wriggle around (°)</th><th>along</th>"
-        f"<th>validity</th></tr></thead><tbody>{rows}</tbody></table>"
+        f"<th>validity</th></tr></thead><tbody>{rows}</tbody></table></div>"
     )

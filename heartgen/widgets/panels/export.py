@@ -10,7 +10,7 @@ import ipywidgets as widgets
 
 from heartgen.errors import HeartgenError
 from heartgen.widgets.parts import choose, classed, head, row, text
-from heartgen.widgets.runs import siblings
+from heartgen.widgets.runs import Outcome, siblings
 from heartgen.widgets.session import Session
 from heartgen.widgets.transfer import MEGABYTE, Copy, Download
 
@@ -55,6 +55,7 @@ class ExportPanel:
         self.download = Download(
             self._make, title="Download zip", hint="Make the archive and save it"
         )
+        self.which = text("", "hg-which")
         self.note = text("", "hg-note")
         self.code = text("", "hg-code")
         self.copy = Copy()
@@ -63,6 +64,7 @@ class ExportPanel:
             widgets.VBox(
                 [
                     head(session, "export"),
+                    self.which,
                     classed(
                         widgets.HBox(
                             [
@@ -105,6 +107,7 @@ class ExportPanel:
     def _draw(self, _: Any = None) -> None:
         self.download.disabled = self.session.states["export"].phase not in ("ready", "done")
         shown = self.session.shown
+        self.which.value = "" if shown is None else f"<p>{html.escape(_which(shown))}</p>"
         if shown is None:
             self.code.value = "<p>Run heartgen first.</p>"
             self.copy.text = ""
@@ -152,6 +155,11 @@ class ExportPanel:
         self.download.hand_over(name, content)
         self.session.taken = name
         self.note.value = f"{html.escape(name)}, {len(content) / MEGABYTE:.1f} MB"
+
+
+def _which(shown: Outcome) -> str:
+    """Which mesh is handed out."""
+    return f"Run {shown.run}: {shown.case.name}, level of detail {shown.lod}, is handed out."
 
 
 def _format_boxes() -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Any
 import ipywidgets as widgets
 
 from heartgen.options import STEPS
-from heartgen.widgets.parts import button, classed, head, seconds, text
+from heartgen.widgets.parts import button, classed, head, name_html, seconds, text
 from heartgen.widgets.runs import Run
 from heartgen.widgets.session import Session
 
@@ -127,8 +127,7 @@ class RunRow:
         elif run.phase == "failed":
             detail = run.error
         self.label.value = (
-            f'<b>{html.escape(run.title)}</b><span class="hg-{run.phase}">{html.escape(detail)}'
-            "</span>"
+            f'{name_html(run.title)}<span class="hg-{run.phase}">{html.escape(detail)}</span>'
         )
         self.show.disabled = run.phase != "done" or shown
         self.show.description = "Shown" if shown else "Show"

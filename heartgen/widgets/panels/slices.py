@@ -8,7 +8,7 @@ from typing import Any
 
 import ipywidgets as widgets
 
-from heartgen.widgets.hints import explained
+from heartgen.widgets.hints import explained, marked
 from heartgen.widgets.parts import classed, text
 from heartgen.widgets.session import Session
 
@@ -37,7 +37,9 @@ class SlicesPanel:
     def __init__(self, session: Session) -> None:
         self.session = session
         self._view: Any = None
-        self.images = [widgets.Image(format="png") for _ in range(3)]
+        self.images = [
+            marked(widgets.Image(format="png"), alt=f"Slice {i + 1} of the mask") for i in range(3)
+        ]
         self.titles = [text("", "hg-slice-title") for _ in range(3)]
         self.sliders = [
             explained(
