@@ -23,7 +23,7 @@ from heartgen.viewing.polydata import (
     mesh_surface,
     on_surface,
 )
-from heartgen.viewing.scene import DARK, MESH, SURFACE_LOOK, add_edges, add_scalar_surface
+from heartgen.viewing.scene import CODED_LOOK, DARK, MESH, add_edges, add_scalar_surface
 from heartgen.viewing.windows import Window
 
 Array = NDArray[np.float64]
@@ -192,7 +192,7 @@ def add_segments(plotter: Any, mesh: HexMesh, axes: HeartAxes) -> None:
     segment = segments_of_elements(mesh, axes)[faces[:, 0]]
     colors = np.array([pv.Color(segment_color(int(s))).int_rgb for s in segment])
     surface.cell_data["color"] = np.repeat(colors, SUBDIVISION**2, axis=0).astype(np.uint8)
-    plotter.add_mesh(surface, scalars="color", rgb=True, **SURFACE_LOOK)
+    plotter.add_mesh(surface, scalars="color", rgb=True, **CODED_LOOK)
     numbers = _numbers(mesh, segments_of_elements(mesh, axes))
     plotter.add_point_labels(
         np.array(list(numbers.values())),

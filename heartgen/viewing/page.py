@@ -28,7 +28,7 @@ from trame_vtk.tools.vtksz2html import write_html  # type: ignore[import-untyped
 
 from heartgen.formats import write_text
 from heartgen.viewing.card import Section, sections, verdict
-from heartgen.viewing.scene import MASK, Scale, color_scale, plot
+from heartgen.viewing.scene import MASK, Scale, color_scale, nice_limit, plot
 
 if TYPE_CHECKING:
     from heartgen.report import Report
@@ -36,6 +36,9 @@ if TYPE_CHECKING:
 
 STOPS = 12
 """Colors of the key between which a browser interpolates; the maps are smooth."""
+
+SCENE_STYLE = "html, body { overflow: hidden; margin: 0; height: 100% }"
+"""A scene fills its frame, and needs no scrollbars."""
 
 DEPTH = 1
 """Where the serializers are to start counting."""
@@ -61,12 +64,13 @@ def view_html(result: Personalization, path: str | Path) -> Path:
     HeartgenError
         If it cannot be written.
     """
-    scale = color_scale("error")
+    scale = color_scale("error", nice_limit(result.report.accuracy.p95))
     plotter: Any = plot(result, color="error", off_screen=True)
     plotter.remove_scalar_bar()
-    scene = scene_page(plotter)
+    scene = scene_page(plotter, told=("error", "distance to the mask", "mm"))
     plotter.close()
-    return fill_page("page.html", path, scene, **_fields(result.report, scale))
+    stack = result.anatomy.slices is not None
+    return fill_page("page.html", path, scene, **_fields(result.report, scale, stack))
 
 
 def fill_page(template: str, path: str | Path, scene: str, **fields: str) -> Path:
@@ -91,7 +95,7 @@ def fill_page(template: str, path: str | Path, scene: str, **fields: str) -> Pat
     return Path(path)
 
 
-def _fields(report: Report, scale: Scale) -> dict[str, str]:
+def _fields(report: Report, scale: Scale, stack: bool) -> dict[str, str]:
     """What the template asks for, but for the scene."""
     judged = verdict(report)
     low, high = scale.limits
@@ -108,6 +112,7 @@ def _fields(report: Report, scale: Scale) -> dict[str, str]:
         "key_middle": f"{(low + high) / 2:g}",
         "key_high": f"{high:g} or more",
         "mask_color": MASK,
+        "mask": "contours in the slices" if stack else "mask, where it leaves the mesh",
         "made": html.escape(
             f"heartgen {report.versions['heartgen']} · level of detail {report.options['lod']} · "
             f"{radial} × {circumferential} × {longitudinal} elements"
@@ -142,20 +147,27 @@ def gradient(scale: Scale) -> str:
     return ", ".join(to_hex(colors(i / (STOPS - 1))) for i in range(STOPS))
 
 
-def scene_page(plotter: pv.Plotter) -> str:
+def scene_page(plotter: pv.Plotter, told: tuple[str, str, str] | None = None) -> str:
     """Make a page of vtk.js that shows what a plotter holds, all in one text.
 
     Parameters
     ----------
     plotter : pyvista.Plotter
         Holds the scene.
+    told : (str, str, str), optional
+        A scalar of points that is told where the mouse is: its array, its name and its unit.
     """
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("index.json", json.dumps(_scene(plotter.render_window)))
     page = io.StringIO()
     write_html(packed.getvalue(), page)
-    return page.getvalue()
+    made = page.getvalue().replace("<title>OfflineLocalView</title>", "<title>heartgen</title>")
+    added = f"<style>{SCENE_STYLE}</style>"
+    if told is not None:
+        script = files("heartgen.viewing").joinpath("hover.js").read_text(encoding="utf-8")
+        added += f"<script>{script}\ntell({json.dumps(told)});</script>"
+    return made.replace("</body>", f"{added}</body>", 1)
 
 
 def _scene(window: Any) -> dict[str, Any]:

@@ -12,9 +12,9 @@ from heartgen.anatomy import Anatomy
 from heartgen.viewing.camera import aim, camera_around
 from heartgen.viewing.polydata import mask_surface, to_mask, to_surface
 from heartgen.viewing.scene import (
+    CODED_LOOK,
     EDGE_RADIUS,
     LIGHT,
-    SURFACE_LOOK,
     TUBE_SIDES,
     add_mask,
     color_scale,
@@ -59,7 +59,7 @@ def plot_saved(mesh: Path, anatomy: Anatomy) -> Any:
         clim=scale.limits,
         show_scalar_bar=False,
         name="mesh",
-        **SURFACE_LOOK,
+        **CODED_LOOK,
     )
     lines: Any = grid.extract_all_edges()
     radius = EDGE_RADIUS * float(np.ptp(points, axis=0).max())

@@ -14,6 +14,7 @@ from heartgen.mesh import HexMesh
 from heartgen.renamed import keep_former_names
 from heartgen.viewing.camera import look_at
 from heartgen.viewing.card import SURFACE_NAMES
+from heartgen.viewing.contours import EDGE_RADIUS, TUBE_SIDES, contour_tubes
 from heartgen.viewing.polydata import (
     MAX_TRIANGLES,
     mask_surface,
@@ -32,7 +33,13 @@ Array = NDArray[np.float64]
 Color = Literal["error", "quality", "region"]
 
 ERROR_LIMIT = 1.0
-"""Distance at the end of the color scale, mm (paper, figure 5)."""
+"""Distance at the end of the color scale of several meshes side by side, mm (paper, figure 5)."""
+
+NICE_LIMITS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
+"""Ends of the color scale of one mesh, mm."""
+
+ROOM = 2.0
+"""End of that scale over the 95th percentile of the error, at least."""
 
 REGION_COLORS = {
     "lv_endo": "#d55e00",
@@ -48,11 +55,6 @@ MESH, MASK, DARK, LIGHT = "#d8dce2", "#e4572e", "#26303b", "#eef1f4"
 MASK_OPACITY = 0.6
 """Opacity of the mask's surface at the error limit from the mesh; it fades to none where both
 agree, for there the two would show in patches as voxels decide."""
-
-EDGE_RADIUS = 0.0025
-"""Radius of the tubes that show element edges, over the size of the mesh."""
-
-TUBE_SIDES = 6
 
 SCALAR_BAR: Any = {
     "fmt": "%.1f",
@@ -79,6 +81,15 @@ SURFACE_LOOK: Any = {
     "specular_power": SPECULAR_POWER,
 }
 """Of the surface of a mesh, for PyVista."""
+
+
+CODED_LOOK: Any = {
+    "smooth_shading": True,
+    "ambient": 0.85,
+    "diffuse": 0.15,
+    "specular": 0.0,
+}
+"""Of a surface whose colors stand for values: hardly shaded, for shade would be another value."""
 
 
 class Colors(Protocol):
@@ -131,16 +142,27 @@ def color_scale(color: str, error_limit: float = ERROR_LIMIT) -> Scale:
     return Scale("Jacobian ratio of the element", "cividis", (0.0, 1.0))
 
 
+def nice_limit(p95: float) -> float:
+    """End of a scale that suits a 95th percentile of the error, mm.
+
+    Parameters
+    ----------
+    p95 : float
+        The percentile, mm.
+    """
+    return next((limit for limit in NICE_LIMITS if limit >= ROOM * p95), NICE_LIMITS[-1])
+
+
 def plot(
     result: Personalization,
     *,
     color: Color | None = "error",
     mask: bool = True,
     edges: bool = True,
-    error_limit: float = ERROR_LIMIT,
+    error_limit: float | None = None,
     **window: Unpack[WindowOptions],
 ) -> pv.Plotter:
-    """Show the mesh over the mask's surface, the apex down.
+    """Show the mesh over the mask's surface, or the contours of a stack, the apex down.
 
     Parameters
     ----------
@@ -150,11 +172,11 @@ def plot(
         Distance to the mask's surface, Jacobian ratio of each element, surface of the mesh, or one
         color for all.
     mask : bool
-        Show the mask's surface, translucent.
+        Show the mask's surface, translucent; of a stack, the contours in its slices.
     edges : bool
         Show the edges of the elements.
-    error_limit : float
-        Distance at the end of the color scale, mm.
+    error_limit : float, optional
+        Distance at the end of the color scale, mm; one that suits the result if omitted.
     **window : WindowOptions
         ``off_screen``, ``screenshot`` and ``window_size``: see
         `heartgen.viewing.windows.WindowOptions`.
@@ -173,11 +195,14 @@ def plot(
     if color not in ("error", "quality", "region", None):
         raise InputError(f"coloring {color!r} is not known: choose error, quality or region")
     target = Window(**window)
+    error_limit = error_limit or nice_limit(result.report.accuracy.p95)
     plotter = target.empty()
     add_surface(plotter, result.mesh, color, result.anatomy.myocardium, error_limit)
     if edges:
         add_edges(plotter, result.mesh, LIGHT if color == "error" else DARK)
-    if mask:
+    if mask and result.anatomy.slices is not None:
+        plotter.add_mesh(contour_tubes(result.anatomy), color=MASK, name="mask")
+    elif mask:
         surface = mask_surface(result.anatomy.myocardium, MAX_TRIANGLES)
         add_mask(plotter, surface, to_mesh(surface.points, result.mesh), error_limit)
     look_at(plotter, result.mesh, result.anatomy.frame)
@@ -210,14 +235,13 @@ def add_surface(
         Show what the colors mean.
     """
     surface = mesh_surface(mesh)
-    look: Any = {**SURFACE_LOOK, "name": "mesh"}
     if color is None:
-        plotter.add_mesh(surface, color=MESH, **look)
+        plotter.add_mesh(surface, color=MESH, name="mesh", **SURFACE_LOOK)
     elif color == "region":
         names = list(mesh.topology.surfaces)
         colors = np.array([pv.Color(REGION_COLORS[name]).int_rgb for name in names])
         surface.cell_data["color"] = colors[surface["region"]].astype(np.uint8)
-        plotter.add_mesh(surface, scalars="color", rgb=True, **look)
+        plotter.add_mesh(surface, scalars="color", rgb=True, name="mesh", **CODED_LOOK)
         if key:
             labels = [[SURFACE_NAMES[name], REGION_COLORS[name]] for name in names]
             plotter.add_legend(labels=labels, face="rectangle", **LEGEND)
@@ -298,7 +322,7 @@ def add_scalar_surface(
         scalar_bar_args=bar,
         show_scalar_bar=key,
         name="mesh",
-        **SURFACE_LOOK,
+        **CODED_LOOK,
     )
 
 

@@ -20,7 +20,7 @@ from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.viewing.card import SURFACE_NAMES
 from heartgen.viewing.fields import FIELD_STYLES, segment_color
 from heartgen.viewing.polydata import on_surface, to_mask
-from heartgen.viewing.scene import MESH, REGION_COLORS, Scale, color_scale
+from heartgen.viewing.scene import MESH, REGION_COLORS, Scale, color_scale, nice_limit
 
 if TYPE_CHECKING:
     from heartgen.result import Personalization
@@ -30,13 +30,6 @@ Colors = NDArray[np.uint8]
 
 STOPS = 12
 """Colors of a key between which a browser interpolates; the maps are smooth."""
-
-NICE_LIMITS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
-"""Ends of the error's color scale, mm."""
-
-ROOM = 2.0
-"""End of the error's scale over the 95th percentile of the result's, at least."""
-
 
 FIELD_RANGE = (1.0, 99.0)
 """Percentiles of a field at the ends of its color scale, where it has no ends of its own."""
@@ -162,17 +155,6 @@ class Coloring:
     title: str
     explanation: str
     paint: Callable[[PaintedFaces, float | None], Painted]
-
-
-def nice_limit(p95: float) -> float:
-    """End of a scale that suits a 95th percentile of the error, mm.
-
-    Parameters
-    ----------
-    p95 : float
-        The percentile, mm.
-    """
-    return next((limit for limit in NICE_LIMITS if limit >= ROOM * p95), NICE_LIMITS[-1])
 
 
 def _by_error(patch: PaintedFaces, limit: float | None) -> Painted:

@@ -10,6 +10,7 @@ import ipywidgets as widgets
 
 from heartgen.errors import InputError
 from heartgen.widgets.frame import framed, two_sided
+from heartgen.widgets.help import SHORTCUTS, TOUR, Help
 from heartgen.widgets.hints import marked
 from heartgen.widgets.input_case import sample_choices
 from heartgen.widgets.panels.assess import AssessPanel
@@ -99,7 +100,8 @@ class Page:
             marked(tabs, role="tablist", aria_label="Steps"),
             *(panel.widget for panel in self.panels.values()),
         ]
-        self.widget = framed([two_sided(side, middle)], ABOUT)
+        guide = Help(TOUR, SHORTCUTS)
+        self.widget = framed([two_sided(side, middle)], ABOUT, guide=guide)
         session.observe(self._mark, "states")
         session.observe(self._start_view, ["anatomy"])
         session.observe(self._follow, ["shown"])

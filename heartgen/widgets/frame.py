@@ -10,6 +10,7 @@ from typing import Any
 import ipywidgets as widgets
 
 from heartgen import GLOSSARY, __version__
+from heartgen.widgets.help import Help
 from heartgen.widgets.hints import hints, marked
 from heartgen.widgets.parts import classed, style, text
 from heartgen.widgets.transfer import Pulse
@@ -25,7 +26,12 @@ FOOTER = (
 
 
 def framed(
-    parts: Sequence[Any], about: str, title: str = "heartgen", linked: bool = True
+    parts: Sequence[Any],
+    about: str,
+    title: str = "heartgen",
+    *,
+    linked: bool = True,
+    guide: Help | None = None,
 ) -> widgets.Widget:
     """Put the parts of an app under a header and above a footer.
 
@@ -39,6 +45,8 @@ def framed(
         Its name.
     linked : bool
         Whether a link leads to all apps, where they are served.
+    guide : Help, optional
+        Of the app; otherwise one without a tour.
     """
     link = f'<a href="{INDEX}">All apps</a>' if linked and Path(INDEX).is_file() else ""
     header = f"<h1>{html.escape(title)}</h1><p>{html.escape(about)}</p>{link}"
@@ -46,7 +54,10 @@ def framed(
         widgets.VBox(
             [
                 style(),
-                marked(text(header, "hg-header"), role="banner"),
+                marked(
+                    classed(widgets.HBox([text(header), guide or Help()]), "hg-header"),
+                    role="banner",
+                ),
                 *parts,
                 Pulse(),
                 hints(),

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 WEB = Path(__file__).parent / "web"
 
-STYLES = ("theme.css", "style.css", "narrow.css")
+STYLES = ("theme.css", "style.css", "help.css", "narrow.css")
 """What gives the pages their look, each over those before it."""
 
 MARKS = {"blocked": "–", "ready": "", "running": "", "done": "✓", "failed": "!"}

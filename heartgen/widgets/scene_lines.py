@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from heartgen.fields.catalog import FIBER
 from heartgen.mesh.surface_faces import evaluate_faces, field_on_faces
-from heartgen.viewing.scene import EDGE_RADIUS, TUBE_SIDES
+from heartgen.viewing.contours import contour_tubes, tubes_between
 from heartgen.widgets.scene_parts import placed, rgba
 
 if TYPE_CHECKING:
@@ -19,14 +19,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-CONTOUR_RADIUS = 1.5
-"""Of the contours, over that of the edges."""
-
 GIVEN = "#8a94a0"
 """Color of contours where a slice was before it was moved."""
-
-OVERLAP = 1.2
-"""Length of the pieces of a contour, over what each stands for: they join."""
 
 FIBERS = 5
 """Pieces of fibers along each side of a face."""
@@ -53,7 +47,7 @@ def fibers(patch: PaintedFaces) -> pv.PolyData:
     along /= np.linalg.norm(along, axis=-1, keepdims=True)
     half = FIBER_LENGTH / 2 * np.sqrt(np.linalg.norm(area, axis=-1, keepdims=True)) / FIBERS
     ends = np.stack([points - half * along, points + half * along], axis=-2).reshape(-1, 3)
-    return placed(_tubes(ends), anatomy)
+    return placed(tubes_between(ends), anatomy)
 
 
 def both_contours(anatomy: Anatomy, color: str) -> pv.PolyData:
@@ -66,36 +60,12 @@ def both_contours(anatomy: Anatomy, color: str) -> pv.PolyData:
     color : str
         As PyVista takes it.
     """
-    shown = _contours(anatomy)
     if anatomy.slices is None:
-        return shown
+        return pv.PolyData()
+    shown = placed(contour_tubes(anatomy), anatomy)
     shown.point_data["rgba"] = rgba(color, np.ones(shown.n_points))
     if anatomy.slices.shifts.any():
-        given = _contours(anatomy, given=True)
+        given = placed(contour_tubes(anatomy, given=True), anatomy)
         given.point_data["rgba"] = rgba(GIVEN, np.ones(given.n_points))
         shown = shown.append_polydata(given)
     return shown
-
-
-def _contours(anatomy: Anatomy, given: bool = False) -> pv.PolyData:
-    """What the slices of a stack show of the wall, in pieces of contours, heart frame.
-
-    They are where the slices were moved, or, if `given`, where they were before.
-    """
-    if anatomy.slices is None:
-        return pv.PolyData()
-    outline = anatomy.slices.given if given else anatomy.slices.outline
-    along = np.cross(anatomy.slices.normal, outline.normals)
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
-    half = OVERLAP / 2 * (outline.weights / anatomy.slices.distance)[:, None]
-    ends = np.stack([outline.points - half * along, outline.points + half * along], axis=1)
-    return placed(_tubes(ends.reshape(-1, 3), CONTOUR_RADIUS), anatomy)
-
-
-def _tubes(ends: Array, thickness: float = 1.0) -> pv.PolyData:
-    """Straight pieces between pairs of points (2 n, 3), mm."""
-    rows = np.insert(np.arange(len(ends)).reshape(-1, 2), 0, 2, axis=1)
-    lines = pv.PolyData(ends.astype(np.float32), lines=rows.ravel())
-    radius = thickness * EDGE_RADIUS * float(np.ptp(ends, axis=0).max())
-    tubes: pv.PolyData = lines.tube(radius=radius, n_sides=TUBE_SIDES)
-    return tubes

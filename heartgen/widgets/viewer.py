@@ -19,7 +19,7 @@ import pyvista as pv
 
 from heartgen.viewing.camera import camera_around
 from heartgen.viewing.page import scene_page
-from heartgen.viewing.scene import AMBIENT, SPECULAR, SPECULAR_POWER
+from heartgen.viewing.scene import CODED_LOOK, SURFACE_LOOK
 from heartgen.viewing.windows import can_render
 from heartgen.widgets.mesh_scene import Scene
 from heartgen.widgets.parts import SETTLING
@@ -187,10 +187,7 @@ def _empty_plotter() -> tuple[Any, dict[str, pv.PolyData]]:
             data[name],
             scalars="rgba",
             rgb=True,
-            smooth_shading=False,
-            ambient=AMBIENT,
-            specular=SPECULAR if name == "mesh" else 0.0,
-            specular_power=SPECULAR_POWER,
+            **(CODED_LOOK if name == "mesh" else SURFACE_LOOK) | {"smooth_shading": False},
             name=name,
             reset_camera=False,
         )

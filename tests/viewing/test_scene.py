@@ -46,7 +46,8 @@ def test_error_is_that_of_the_report(scene, result):
     faces = shown.compute_cell_sizes().point_data_to_cell_data()
     mean = np.average(faces["error"], weights=faces["Area"])
     assert mean == pytest.approx(result.report.accuracy.reverse_mean, rel=0.15)
-    assert scene.actors["mesh"].mapper.scalar_range == (0, 1)
+    limit = nice_limit(result.report.accuracy.p95)
+    assert scene.actors["mesh"].mapper.scalar_range == (0, limit)
 
 
 @pytest.mark.parametrize(("mask", "edges"), [(True, False), (False, True), (False, False)])

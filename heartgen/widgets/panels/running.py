@@ -32,7 +32,9 @@ class RunPanel:
 
     def __init__(self, session: Session) -> None:
         self.session = session
-        self.start = button("Run", "Fit a mesh with these choices", self._start, "hg-primary")
+        self.start = button(
+            "Run", "Fit a mesh with these choices", self._start, "hg-primary hg-start"
+        )
         self.sweep = button(
             "All levels",
             "Fit all five levels of detail and compare them (registration is shared)",
