@@ -16,17 +16,9 @@ from heartgen.errors import InputError, MissingFileError, needing
 from heartgen.formats import READERS, read_mesh_file, write_mesh
 from heartgen.report import options_beside
 from heartgen.viewing.camera import camera_around
+from heartgen.viewing.contours import EDGE_RADIUS, TUBE_SIDES
 from heartgen.viewing.polydata import MAX_TRIANGLES, mask_surface, to_mask
-from heartgen.viewing.scene import (
-    AMBIENT,
-    DARK,
-    EDGE_RADIUS,
-    MASK,
-    MESH,
-    SPECULAR,
-    SPECULAR_POWER,
-    TUBE_SIDES,
-)
+from heartgen.viewing.scene import AMBIENT, DARK, MASK, MESH, SPECULAR, SPECULAR_POWER
 
 SUBDIVISION = 3
 """Halvings of a curved cell's edge for the picture: 8 flat pieces."""

@@ -15,8 +15,9 @@ from heartgen.fields.fibers import helix_angle
 from heartgen.fields.wall import wall_of
 from heartgen.mesh import HexMesh, MeshField
 from heartgen.viewing.camera import frame_of, look_at
+from heartgen.viewing.contours import TUBE_SIDES
 from heartgen.viewing.polydata import INWARD, SUBDIVISION, poly_data
-from heartgen.viewing.scene import DARK, MESH, SCALAR_BAR, SURFACE_LOOK, TUBE_SIDES
+from heartgen.viewing.scene import DARK, MESH, SCALAR_BAR, SURFACE_LOOK
 from heartgen.viewing.windows import Window
 
 Array = NDArray[np.float64]

@@ -10,15 +10,9 @@ import pyvista as pv
 
 from heartgen.anatomy import Anatomy
 from heartgen.viewing.camera import aim, camera_around
+from heartgen.viewing.contours import EDGE_RADIUS, TUBE_SIDES
 from heartgen.viewing.polydata import mask_surface, to_mask, to_surface
-from heartgen.viewing.scene import (
-    CODED_LOOK,
-    EDGE_RADIUS,
-    LIGHT,
-    TUBE_SIDES,
-    add_mask,
-    color_scale,
-)
+from heartgen.viewing.scene import CODED_LOOK, LIGHT, add_mask, color_scale
 from heartgen.viewing.windows import Window
 
 SUBDIVISION = 2

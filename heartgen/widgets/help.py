@@ -131,6 +131,8 @@ class Help(anywidget.AnyWidget):
         Empty for no tour.
     shortcuts : sequence of Shortcut
         Beside that of the help itself.
+    **traits : object
+        First values of the attributes.
     """
 
     _esm = WEB / "help.js"

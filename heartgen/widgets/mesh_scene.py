@@ -14,6 +14,7 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
+from heartgen.viewing.contours import EDGE_RADIUS, TUBE_SIDES
 from heartgen.viewing.polydata import (
     MAX_TRIANGLES,
     mask_surface,
@@ -21,7 +22,7 @@ from heartgen.viewing.polydata import (
     mesh_surface,
     to_surface,
 )
-from heartgen.viewing.scene import DARK, EDGE_RADIUS, LIGHT, MASK, MASK_OPACITY, TUBE_SIDES
+from heartgen.viewing.scene import DARK, LIGHT, MASK, MASK_OPACITY
 from heartgen.viewing.stages import STAGES, registered, stages_of
 from heartgen.widgets.colors import COLORINGS, Painted, PaintedFaces
 from heartgen.widgets.scene_cuts import CUT_NORMALS, cut, cut_plane, cut_surface, inner_grid

@@ -15,9 +15,10 @@ from heartgen.fields.segments import segments_of_elements
 from heartgen.mesh import HexMesh
 from heartgen.viewing.bullseye import Bullseye
 from heartgen.viewing.camera import frame_of
+from heartgen.viewing.contours import EDGE_RADIUS, TUBE_SIDES
 from heartgen.viewing.motion import LARGE, OPACITY, SMALL
 from heartgen.viewing.polydata import mesh_edges, mesh_surface
-from heartgen.viewing.scene import DARK, EDGE_RADIUS, MESH, TUBE_SIDES, Scale
+from heartgen.viewing.scene import DARK, MESH, Scale
 from heartgen.widgets.colors import STOPS, Painted
 from heartgen.widgets.mesh_scene import Scene
 from heartgen.widgets.scene_parts import opaque, rgba

@@ -13,6 +13,7 @@ pytest.importorskip("pyvista")
 import pyvista as pv
 
 from heartgen.viewing import plot
+from heartgen.viewing.scene import nice_limit
 
 SIZE = (300, 300)
 
