@@ -107,3 +107,35 @@ def test_long_names_leave_the_level_and_the_table_whole(ran):
 def test_export_says_which_run_it_hands_out(ran):
     to_tab(ran, "export")
     assert ran.locator(".hg-which").inner_text().startswith(f"Run 1: {NAME}, level of detail 1")
+
+
+def test_help_leads_through_the_page_and_finds_words(ran):
+    ran.locator("body").click(position={"x": 5, "y": 5})
+    ran.keyboard.press("?")
+    ran.get_by_role("dialog", name="Help").wait_for()
+    assert violations_by_theme(ran) == []
+    for link in ran.locator(".hg-dialog a").all():
+        ink = link.evaluate("e => getComputedStyle(e).color")
+        assert ink != ran.locator(".hg-dialog").evaluate("e => getComputedStyle(e).backgroundColor")
+    ran.get_by_role("searchbox", name="Find a word").fill("wriggle")
+    assert ran.locator(".hg-words > div:visible").count() in range(1, 5)
+    ran.get_by_role("button", name="Tour in 7 steps").click()
+    seen = []
+    for _ in range(7):
+        box = ran.get_by_role("dialog")
+        seen.append(box.get_by_role("heading").inner_text())
+        assert violations(ran) == []
+        box.get_by_role("button", name="Next").or_(box.get_by_role("button", name="Done")).click()
+    assert seen[0] == "Input"
+    assert seen[-1] == "Export"
+    assert ran.locator(".hg-tour").count() == 0
+
+
+def test_keys_do_what_clicks_do_unless_something_is_written(ran):
+    ran.locator("body").click(position={"x": 5, "y": 5})
+    ran.keyboard.press("5")
+    ran.get_by_role("tab", name="5 Assess", selected=True).wait_for()
+    ran.get_by_role("button", name="Help").click()
+    ran.get_by_role("searchbox", name="Find a word").press("1")
+    ran.keyboard.press("Escape")
+    assert ran.get_by_role("tab", selected=True).inner_text() == "5 Assess"
