@@ -79,6 +79,7 @@ def measure(job: Row) -> list[Row]:
             "contour": report.coverage.contour,
             "slice contour": report.coverage.slice_contour,
             "stray": report.coverage.stray,
+            "stray on": report.coverage.stray_on,
             "blood": report.coverage.blood,
             "seconds": sum(report.seconds.values()),
             "optimization": report.seconds.get("optimization", 0.0),

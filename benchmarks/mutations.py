@@ -146,6 +146,7 @@ def _meshed(job: Row) -> Row:
         "quality": report.quality.mean,
         "slice contour": report.coverage.slice_contour,
         "stray": report.coverage.stray,
+        "stray on": report.coverage.stray_on,
         "left cavity": cavity(walls, labels, POOLS["left"]),
         "right cavity": cavity(walls, labels, POOLS["right"]),
         "seconds": sum(report.seconds.values()),

@@ -122,23 +122,37 @@ def test_one_slice_that_the_mesh_does_not_follow_is_told() -> None:
     assert "of the outline of one slice" in coverage.finding.message
 
 
-def test_a_wall_where_one_slice_has_none_is_told() -> None:
+@pytest.mark.parametrize("slices", [1, 2])
+def test_a_wall_where_slices_have_none_is_told(slices: int) -> None:
     stack = short_axis(samples.lifelike_lv(COARSE).mask, 8.0)
     result = heartgen.personalize(stack, lod=1)
     assert result.report.coverage.stray < 0.006
     axis = stack.stack_axis
     assert axis is not None
-    # One slice has lost the quarter of its wall on one side.
+    # Slices that have lost the quarter of their wall on one side.
     voxels = np.moveaxis(stack.voxels.copy(), axis, 0)
-    plane = voxels[len(voxels) // 2]
-    i, j = np.indices(plane.shape) - np.argwhere(plane).mean(0)[:, None, None]
-    lost = plane & (i > 0) & (np.abs(j) < i)
-    plane[lost] = False
+    middle = len(voxels) // 2
+    for plane in voxels[middle : middle + slices]:
+        i, j = np.indices(plane.shape) - np.argwhere(plane).mean(0)[:, None, None]
+        plane[(i > 0) & (np.abs(j) < i)] = False
     spoiled = replace(stack, voxels=np.moveaxis(voxels, 0, axis))
     coverage = assess_coverage(result.mesh, spoiled, result.anatomy)
     assert 0.1 < coverage.stray < 0.3
+    assert (coverage.stray_on > 0.1) == (slices == 2)
     assert coverage.finding is not None
-    assert "from the wall there" in coverage.finding.message
+    assert "in one slice are farther than three pixels" in coverage.finding.message
+
+
+@pytest.mark.parametrize(
+    ("one", "two", "words"),
+    [(0.04, 0.0, "one slice"), (0.02, 0.01, "two adjacent slices"), (0.02, 0.004, None)],
+)
+def test_less_of_a_wall_is_told_where_it_goes_on(
+    fitted: Personalization, one: float, two: float, words: str | None
+) -> None:
+    finding = replace(fitted.report.coverage, stray=one, stray_on=two).finding
+    assert (finding is None) == (words is None)
+    assert words is None or (finding is not None and words in finding.message)
 
 
 def _across(stack: Mask) -> np.ndarray:
