@@ -123,6 +123,11 @@ class Personalization:
     def _repr_html_(self) -> str:
         return as_html(repr(self))
 
+    @property
+    def has_stages(self) -> bool:
+        """Whether the meshes on the way are there: of a result that was loaded, they are not."""
+        return "template" in vars(self)
+
     def write(
         self,
         folder: str | Path,
@@ -148,7 +153,8 @@ class Personalization:
         cells : {"hex8", "hex20", "hex27", "tet4", "tet10"}, optional
             Cells for the formats of linear or quadratic cells; the usual ones of each if omitted.
         mask : bool
-            Write the mask as well, ``mask.nii.gz``: 1 in the myocardium, 2 and 3 in blood pools.
+            Write the mask as well, ``mask.nii.gz``: 1 in the myocardium, 2 and 3 in blood pools,
+            the labels of the scheme ``"heartgen"``.
 
         Returns
         -------

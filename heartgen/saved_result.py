@@ -125,6 +125,8 @@ def find_part(result: Saved, folder: Path, name: str) -> Any:
 def keep_mask(mask: Mask, folder: Path) -> Path:
     """Write a mask so that it can be read to the bit: NIfTI-2, whose affine is of doubles.
 
+    With blood pools it is a label map, which `heartgen.images.schemes.KEPT` describes.
+
     Parameters
     ----------
     mask : Mask

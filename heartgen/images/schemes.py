@@ -49,6 +49,11 @@ class Scheme:
         return self.lv_myocardium + self.scars
 
     @property
+    def is_one_wall(self) -> bool:
+        """Whether both ventricles' walls have the same labels."""
+        return bool(set(self.lv_wall) & set(self.rv_myocardium))
+
+    @property
     def labels(self) -> tuple[int, ...]:
         """All labels of the scheme."""
         walls = self.lv_wall + self.rv_myocardium
@@ -87,6 +92,9 @@ SCHEMES = {
 2021) and EMIDEC (Lalande et al. 2020), of UK Biobank segmentations (Bai et al. 2018), of
 TotalSegmentator's task heartchambers_highres."""
 
+KEPT = Scheme("heartgen", (1,), lv_pool=(2,), rv_pool=(3,), rv_myocardium=(1,))
+"""Of masks that heartgen itself writes: both walls are one. It is never guessed."""
+
 KNOWN = f"{', '.join(SCHEMES)}, auto"
 """Names a user may give."""
 
@@ -123,6 +131,8 @@ def find_scheme(labeling: Labeling, names: Mapping[int, str], image: str) -> Sch
     name = str(labeling).strip().lower()
     if name == "auto":
         return None
+    if name == KEPT.name:
+        return KEPT
     if name not in SCHEMES:
         refuse(
             image,

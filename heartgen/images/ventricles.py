@@ -87,7 +87,9 @@ def ventricular_walls(
         findings += (guess,)
         if scheme is None:
             return None, findings
-    wrong = _check_labels(volume, scheme, ventricles) or _check_sides(volume, scheme)
+    wrong = _check_labels(volume, scheme, ventricles)
+    if wrong is None and not scheme.is_one_wall:  # of one wall, none of the sides can be asked
+        wrong = _check_sides(volume, scheme)
     if wrong is not None:
         return None, (*findings, wrong)
     unknown = np.setdiff1d(values, [0, *scheme.labels])
@@ -104,7 +106,7 @@ def ventricular_walls(
     lv_pool = np.isin(values, scheme.lv_pool)
     rv_labeled = np.isin(values, scheme.rv_myocardium)
     rv_pool = np.isin(values, scheme.rv_pool)
-    if ventricles == "lv":
+    if ventricles == "lv" and not scheme.is_one_wall:
         return _united(lv_wall, lv_pool), findings
     if not rv_labeled.any() and rv_pool.any():
         parts = Parts(lv_wall, lv_pool, rv_pool, np.isin(values, scheme.rv_openings))

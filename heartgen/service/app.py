@@ -70,6 +70,8 @@ def make_app(settings: Settings) -> FastAPI:
         version=__version__,
         description=ABOUT,
         lifespan=running,
+        docs_url=None,
+        redoc_url=None,
         generate_unique_id_function=_operation,
     )
     registry = CollectorRegistry()
@@ -78,6 +80,7 @@ def make_app(settings: Settings) -> FastAPI:
     app.state.registry, app.state.mailer = registry, beside[1]
     for each in (api_jobs, api_library, operating, pages):
         app.include_router(each.router)
+    app.mount("/static/api", StaticFiles(directory=pages.SWAGGER), name="api")
     app.mount("/static", StaticFiles(directory=pages.STATIC), name="static")
     app.add_middleware(Guard, upload_limit=settings.upload_limit, takes_uploads=UPLOADS)
     app.add_middleware(Timing, registry=registry)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, get_args
 from urllib.parse import urlencode
@@ -43,6 +44,9 @@ from heartgen.service.tokens import Caller
 
 HERE = Path(__file__).parent
 STATIC = HERE / "static"
+
+SWAGGER = Path(str(files("fastapi_offline"))) / "static"
+"""Scripts and style of the page that describes the API: ours to serve, so that it works offline."""
 
 RECENT = 20
 """Jobs that the first page lists."""
@@ -181,6 +185,12 @@ def _version(
 ) -> Response:
     """A version of a model."""
     return _model_page(request, service, caller, identifier, version)
+
+
+@router.get("/docs")
+def _docs(request: Request) -> Response:
+    """All requests of the API, to be tried."""
+    return templates.TemplateResponse(request, "docs.html")
 
 
 @router.get("/login")

@@ -135,7 +135,8 @@ def mesh_scene(outcome: Outcome, view: SceneView) -> Scene:
     Scene
     """
     result = outcome.result
-    keys = [stage.key for stage in stages_of(result)]
+    stages = stages_of(result) if result.has_stages else STAGES[-1:]
+    keys = [stage.key for stage in stages]
     drawn = _drawn(outcome, view.stage if view.stage in keys else keys[-1])
     painted = COLORINGS[view.color].paint(drawn.patch, view.limit)
     mesh = drawn.surface.copy(deep=False)

@@ -13,6 +13,7 @@ import numpy as np
 from traitlets import List, Unicode
 
 from heartgen.errors import Cancelled
+from heartgen.images.schemes import KEPT
 from heartgen.options import STEPS
 from heartgen.saved_result import keep_mask
 from heartgen.widgets.input_case import InputCase
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from heartgen.client import Client
     from heartgen.images import Mask
     from heartgen.mesh import HexMesh
+    from heartgen.report import Report
     from heartgen.result import Personalization
     from heartgen.widgets.runs import Progress
     from heartgen.widgets.session import Session
@@ -169,30 +171,49 @@ def fit_there(client: Client) -> Make:
 
     def make(run: Run, anatomy: Anatomy | None, progress: Progress) -> Sequence[Personalization]:
         with TemporaryDirectory(prefix="heartgen-") as place:
-            # Which blood is which stays here: there, it would make a label map of the mask.
-            sent = keep_mask(replace(run.case.mask, blood=None), Path(place))
+            mask = run.case.mask
+            sent = keep_mask(mask, Path(place))
+            selection = {} if mask.blood is None else {"labels": KEPT.name}
             chosen = changed_options(replace(run.options, lod=run.levels[0]))
-            job = client.submit(sent, title=run.case.name[-200:], **chosen)
+            title = run.case.name[-200:]
+            job = client.submit(sent, selection=selection, title=title, **chosen)
             try:
                 client.wait(job, progress=_told_to(run, progress))
             except Cancelled:
                 client.cancel(job)
                 raise
-            return [fetched_result(lambda folder: client.download(job, folder, FILES), sent)]
+            result = fetched_result(lambda folder: client.download(job, folder, FILES), mask)
+            vars(result)["report"] = told_of(mask, result.report)
+            return [result]
 
     return make
 
 
-def fetched_result(
-    fetch: Callable[[Path], Any], mask: Path | Mask | None = None
-) -> Personalization:
+def told_of(mask: Mask, report: Report) -> Report:
+    """A report with what was seen here when the mask was read: a service is sent what came of that.
+
+    Parameters
+    ----------
+    mask : Mask
+        Of the fit.
+    report : Report
+        From a service.
+    """
+    seen = {finding.message for finding in mask.findings}
+    more = tuple(finding for finding in report.findings if finding.message not in seen)
+    return replace(
+        report, name=mask.name, findings=(*mask.findings, *more), mask_source=mask.source
+    )
+
+
+def fetched_result(fetch: Callable[[Path], Any], mask: Mask | None = None) -> Personalization:
     """A result that was computed elsewhere, with what the page shows of it.
 
     Parameters
     ----------
     fetch : callable
         Called with an empty folder; puts the files of the result there.
-    mask : Mask or path, optional
+    mask : Mask, optional
         Of the fit; one is drawn from the mesh if omitted.
     """
     from heartgen.result import Personalization

@@ -62,6 +62,11 @@ def test_mask_becomes_a_model_of_the_library(browser, running: Running, tmp_path
         page.goto(f"{running.url}/{path}")
         found += violations_by_theme(page)
     assert found == []
+    page.on("console", lambda said: errors.append(said.text))  # what the policy refuses is told
+    page.click("nav >> text=API")
+    page.click("text=/Cancel$/")
+    page.locator("#swagger-ui button:text('Try it out')").wait_for()
+    assert errors == []
     page.close()
     context = pytest.importorskip("cmlibs.zinc.context").Context("service")
     region = context.getDefaultRegion()

@@ -58,7 +58,10 @@ def test_panels_draw_a_whole_run(page):
     assert [p["id"] for p in judge.tradeoff.points] == [1]
     assert not take.download.disabled
     assert "heartgen.personalize(mask, lod=1)" in take.code.value
-    assert page.page.panels["view"].widget.layout.display == ""
+    view = page.page.panels["view"]
+    assert view.widget.layout.display == ""
+    assert not view.stage.disabled
+    assert "Show the mesh: warped" in view.stage.tooltips
     assert page.page.panels["input"].widget.layout.display == "none"
 
 

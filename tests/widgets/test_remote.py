@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,9 +15,15 @@ pytest.importorskip("ipywidgets")
 
 import heartgen
 from heartgen import samples
+from heartgen.anatomy import analyze
+from heartgen.images.mask import LEFT_BLOOD, RIGHT_BLOOD
+from heartgen.images.schemes import KEPT
+from heartgen.images.writing import write_image
 from heartgen.mesh.jacobian import volume
 from heartgen.options import STEPS
+from heartgen.widgets.mesh_scene import SceneView, mesh_scene
 from heartgen.widgets.panels.service import ServicePanel
+from heartgen.widgets.panels.view import NO_STAGES, ViewPanel
 from heartgen.widgets.remote import Address, Remote, drawn
 from heartgen.widgets.session import Session
 from tests.service.helpers import free_port
@@ -78,6 +86,11 @@ def test_heart_is_fitted_by_a_service_and_opened_from_its_library(
     assert volume(result.mesh) == pytest.approx(volume(here.mesh), rel=1e-9)
     assert result.report.accuracy.mean == pytest.approx(here.report.accuracy.mean, rel=1e-6)
     assert session.states["export"].phase == "ready"
+    view = ViewPanel(session)
+    assert view.stage.disabled
+    assert set(view.stage.tooltips) == {NO_STAGES}
+    assert not view.color.disabled
+    assert mesh_scene(session.shown, SceneView(**view._wanted())).mesh.n_points > 0
 
     client = heartgen.Client(running.url)
     job = client._http.get("/v1/jobs").json()[0]["id"]
@@ -94,6 +107,43 @@ def test_heart_is_fitted_by_a_service_and_opened_from_its_library(
     remote.search(address, "zebra").result()
     assert (remote.models, remote.found) == ([], "0 models")
     remote.close()
+
+
+def labeled_stack(path: Path) -> Path:
+    """A label map of both ventricles in slices of 12 mm, with a speck."""
+    heart = samples.biv(3.0).mask
+    voxels = np.moveaxis(np.indices(heart.voxels.shape), 0, -1).reshape(-1, 3)
+    surfaces, at = analyze(heart).surfaces, heart.to_world(voxels)
+    left, right = (
+        surfaces[name].sample(at)[0].reshape(heart.voxels.shape) < 0
+        for name in ("lv_endo", "rv_endo")
+    )
+    labels = np.select([heart.voxels, left, right], [1, 2, 3]).astype(np.uint8)
+    labels[1, 1, 4] = 1
+    write_image(labels[:, :, ::4], heart.affine * [1, 1, 4, 1], path)
+    return path
+
+
+@pytest.mark.slow
+def test_label_map_comes_back_as_if_it_had_been_fitted_here(
+    session: Session, running: Running, tmp_path: Path
+):
+    session.load_file(labeled_stack(tmp_path / "labels.nii.gz"), KEPT.name).result()
+    mask = session.case.mask
+    assert set(np.unique(mask.blood)) == {0, LEFT_BLOOD, RIGHT_BLOOD}
+    session.choices.optimize = False
+    remote = Remote(session)
+    remote.send(Address(running.url)).result()
+    remote.close()
+    assert session.runs[-1].phase == "done", session.runs[-1].error
+    there, bare = session.shown.result, replace(mask, blood=None)
+    here, without = (heartgen.personalize(each, optimize=False, lod=1) for each in (mask, bare))
+    assert "separate pieces" in str(here.report.findings)
+    same = {"seconds": {}, "versions": {}}
+    assert replace(there.report, **same) == replace(here.report, **same)
+    middle = np.full((1, 3), 0.5)  # of each element
+    np.testing.assert_allclose(there.mesh.evaluate(middle), here.mesh.evaluate(middle), atol=1e-9)
+    assert without.report.accuracy != here.report.accuracy  # else nothing was asked here
 
 
 @pytest.mark.slow

@@ -21,6 +21,9 @@ STAGES = (
 )
 """As in `heartgen.widgets.mesh_scene`, which waits for VTK; a test compares. So are the next."""
 
+NO_STAGES = "This mesh was made elsewhere, and what it was on its way did not come with it"
+"""Why the stages of a result that was loaded cannot be shown."""
+
 COLORS = (
     ("Error", "error"),
     ("Quality Q", "quality"),
@@ -65,7 +68,6 @@ class ViewPanel:
             widgets.ToggleButtons(options=STAGES, value="optimized"),
             "The mesh on its way: template, registered, warped, enhanced, optimized",
         )
-        self.stage.tooltips = [f"Show the mesh: {title.lower()}" for title, _ in STAGES]
         self.color = choose(COLORS, "error", "Color by", "What the colors of the mesh show")
         self.limit = choose(
             LIMITS, 0.0, "Scale ends at", "Distance at the end of the error's color scale"
@@ -114,6 +116,12 @@ class ViewPanel:
         there = self.session.shown is not None
         for control in self._controls:
             control.disabled = not there
+        way = there and self.session.shown.result.has_stages
+        self.stage.disabled = not way
+        self.stage.tooltips = [
+            NO_STAGES if there and not way else f"Show the mesh: {title.lower()}"
+            for title, _ in STAGES
+        ]
         self.limit.disabled = not there or self.color.value != "error"
         self.position.disabled = not there or self.cut.value == "off"
 
@@ -140,7 +148,7 @@ class ViewPanel:
     def _wanted(self) -> dict[str, Any]:
         """What the controls ask for."""
         return {
-            "stage": self.stage.value,
+            "stage": "optimized" if self.stage.disabled else self.stage.value,
             "color": self.color.value,
             "mask": self.mask.value,
             "lines": self.lines.value,
