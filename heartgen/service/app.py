@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -32,6 +33,9 @@ logger = logging.getLogger("heartgen.service")
 
 UPLOADS = ("/v1/jobs", "/v1/personalize", "/v1/models/archive", "/submit")
 """Paths to which uploads go."""
+
+FULL = (errno.ENOSPC, errno.EDQUOT)
+"""Errors of a disk without room."""
 
 ABOUT = """
 From a segmentation of the heart to a personalized cubic Hermite mesh, and a library of meshes.
@@ -91,6 +95,7 @@ def make_app(settings: Settings) -> FastAPI:
     app.add_exception_handler(HeartgenError, _refused)
     app.add_exception_handler(RequestValidationError, _invalid)
     app.add_exception_handler(SQLAlchemyError, _no_database)
+    app.add_exception_handler(OSError, _no_room)
     return app
 
 
@@ -110,6 +115,15 @@ async def _invalid(_: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
     told = [f"{'.'.join(map(str, each['loc'][1:]))}: {each['msg']}" for each in error.errors()]
     return JSONResponse({"detail": "; ".join(told)[:1000]}, 422)
+
+
+async def _no_room(_: Request, error: Exception) -> JSONResponse:
+    """A disk that is full, as it is while an upload arrives."""
+    if not isinstance(error, OSError) or error.errno not in FULL:
+        raise error
+    logger.warning("the disk is full")
+    text = "the disk of the service is full: try again later, or tell who operates it"
+    return JSONResponse({"detail": text}, 503, {"Retry-After": "60"})
 
 
 async def _no_database(_: Request, error: Exception) -> JSONResponse:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import logging
+import os
 import time
 import uuid
+from contextlib import suppress
 from threading import Event, Lock, Thread
 from typing import Any
 
@@ -23,7 +26,7 @@ from heartgen.images.selecting import Selection
 from heartgen.options import chosen
 from heartgen.service.artifacts import Artifacts
 from heartgen.service.jobs import LEASE, Jobs
-from heartgen.service.settings import Settings
+from heartgen.service.settings import MB, Settings
 from heartgen.service.tables import Job, State
 from heartgen.service.work import TOPIC, Order, work
 
@@ -47,8 +50,11 @@ MANY = 10**6
 MINUTE = 60.0
 """Seconds."""
 
-FULL = "cannot be written"
+NO_ROOM = tuple(map(os.strerror, (errno.ENOSPC, errno.EDQUOT)))
 """What reasons say that are of the disk and not of the job."""
+
+RESULT = 20 * MB
+"""Bytes that a result takes at most, nearly always."""
 
 
 class Dispatcher:
@@ -180,18 +186,18 @@ class Dispatcher:
             self.jobs.finish(job.id, State.DONE, None, summary)
             logger.info("done", extra={"job": job.id})
             return
-        if FULL in status and not self._has_room(1):
+        self.artifacts.forget(f"results/{job.fingerprint}")
+        if any(words in status for words in NO_ROOM):
             self.jobs.put_back(self.name, [job.id])  # it waits until there is room
             logger.warning("the disk is full", extra={"job": job.id})
             return
         self.jobs.finish(job.id, State.FAILED, status.removeprefix(FAILED), None)
-        self.artifacts.forget(f"results/{job.fingerprint}")
         logger.warning("failed: %s", status, extra={"job": job.id})
 
-    def _has_room(self, needed: int = 0) -> bool:
+    def _has_room(self) -> bool:
         """Whether a result finds room on the disk."""
         try:
-            self.artifacts.check_space(needed)
+            self.artifacts.check_space(RESULT)
         except HeartgenError:
             return False
         return True
@@ -199,7 +205,8 @@ class Dispatcher:
     def _drop(self, identifier: str) -> None:
         """End a job that is no longer ours to do."""
         job, future = self._futures.pop(identifier)
-        self.artifacts.stop_mark(identifier, job.starts).touch()
+        with suppress(OSError):  # of a full disk: it is done in vain
+            self.artifacts.stop_mark(identifier, job.starts).touch()
         future.cancel()
 
     def _give_back(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import time
 from importlib.resources import files
 from pathlib import Path
@@ -35,7 +36,7 @@ from heartgen.service.metadata import (
     json_ld,
     model_out,
 )
-from heartgen.service.schemas import Identifier, JobId, Line, Offset, Version
+from heartgen.service.schemas import MODEL, Identifier, JobId, Line, Offset, Version
 from heartgen.service.security import COOKIE, FORM_KEY, Parts, caller_of, check_form, form_key
 from heartgen.service.service import Service
 from heartgen.service.submission import MOST_FIELDS, submitted
@@ -275,6 +276,9 @@ def _published(
     told["keywords"] = [w for w in str(form.get("keywords", "")).split(",") if w.strip()]
     before = str(form.get("new_version_of", "")).strip() or None
     job = own(service, identifier, caller)
+    if before is not None and not re.match(MODEL, before):
+        text = "what it is a new version of is no identifier of a model: give it as HG-..."
+        return _shown(request, service, caller, identifier, text)
     try:
         model = service.library.publish(job, Metadata(**told), caller, before)
     except ValidationError as wrong:

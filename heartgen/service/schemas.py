@@ -28,8 +28,10 @@ Passage = Annotated[str, StringConstraints(max_length=5000), AfterValidator(_pri
 """A long text."""
 
 JobId = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{32}$")]
-Identifier = Annotated[str, StringConstraints(pattern=r"^HG-[0-9A-HJKMNP-TV-Z]{10}$")]
-"""Of a model: base 32 of Crockford, without letters that are mistaken for others."""
+MODEL = r"^HG-[0-9A-HJKMNP-TV-Z]{10}$"
+"""Of identifiers of models: base 32 of Crockford, without letters that are mistaken for others."""
+
+Identifier = Annotated[str, StringConstraints(pattern=MODEL)]
 
 Version = Annotated[int, Field(ge=1, le=100_000)]
 Offset = Annotated[int, Field(ge=0, le=10_000_000)]

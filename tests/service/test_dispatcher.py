@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import errno
+import json
+import os
 import shutil
 from pathlib import Path
 
@@ -41,9 +44,14 @@ def test_full_disk_has_the_job_wait(
     service: Service, dispatcher: Dispatcher, claimed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(service.artifacts, "free", 10**9)
-    dispatcher._keep(claimed, [{"status": "failed: the results cannot be written there"}])
+    folder, reason = service.artifacts.result(claimed.fingerprint), os.strerror(errno.ENOSPC)
+    folder.mkdir()
+    rows = [{"status": f"failed: mesh.vtu: The file cannot be written ({reason}): choose another"}]
+    (folder / "rows.json").write_text(json.dumps({"key": "", "rows": rows}))
+    dispatcher._begin(None, claimed)  # type: ignore[arg-type]  # the worker has left its reason
     assert service.jobs.get(claimed.id).state == State.QUEUED
     assert not dispatcher._has_room()
+    assert not service.artifacts.result(claimed.fingerprint).exists()  # it is done again
 
 
 def test_failure_is_told_and_does_not_answer_for_it_later(
