@@ -3,7 +3,7 @@
 usage: python -m benchmarks.service load [--clients 20] [--each 10] [--seconds 0.2]
        python -m benchmarks.service kills [--kills 30] [--jobs 60] [--seed 0]
        python -m benchmarks.service library [--models 10000]
-       python -m benchmarks.service full [--jobs 4] [--size 96]
+       python -m benchmarks.service full [--hearts 4] [--size 96]
 
 Each takes --database postgresql://... instead of an SQLite file. `load` and `kills` start server,
 scheduler and two workers as processes of their own, whose fits are light (`load --real` fits
@@ -78,6 +78,7 @@ def main() -> None:
     parser.add_argument("--kills", type=int, default=30)
     parser.add_argument("--jobs", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--hearts", type=int, default=4)
     parser.add_argument("--size", type=int, default=96)
     parser.add_argument("--models", type=int, default=10_000)
     a = parser.parse_args()
@@ -201,7 +202,7 @@ def filled(a: argparse.Namespace, folder: Path, running: Running) -> int:
     for turn in range(2):
         new = [
             client.submit(folder / "heart.nii.gz", optimize=False, quality=1 + turn + n / 100)
-            for n in range(a.jobs)
+            for n in range(a.hearts)
         ]
         while client.job(new[0])["state"] == "queued":
             time.sleep(TICK)
