@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 PATIENCE = 60.0
 """Seconds for the service to answer."""
 
+DRAWING = 600.0
+"""Seconds for it to publish a model, with pictures of it: to ask again would publish it twice."""
+
 TRIES = 5
 """Times that a request is made while the service does not answer, or has no room for now."""
 
@@ -213,7 +216,9 @@ class Client:
             is named, nor can be recognized.
         """
         told = {"job": job, "metadata": metadata, "new_version_of": new_version_of}
-        found: dict[str, Any] = self._asked(lambda: self._http.post("/v1/models", json=told))
+        found: dict[str, Any] = self._asked(
+            lambda: self._http.post("/v1/models", json=told, timeout=DRAWING)
+        )
         return found
 
     def search(
