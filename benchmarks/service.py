@@ -56,7 +56,10 @@ TICK = 0.02
 """Seconds between two looks at a job that is to be caught at work."""
 
 FULL = 25.0
-"""Seconds for which there is no room: longer than a server is waited for."""
+"""Seconds for which there is no room, at least: longer than a server is waited for."""
+
+PATIENCE = 240.0
+"""Seconds more until a job comes to write, on a busy machine."""
 
 WORDS = [
     *("basal", "apical", "dense", "sparse", "stack", "cine", "repaired"),
@@ -211,7 +214,7 @@ def filled(a: argparse.Namespace, folder: Path, running: Running) -> int:
         if turn:
             running.kill("server")
         seen, answers, end = Counter[str](), Counter[str](), time.monotonic() + FULL
-        while time.monotonic() < end:
+        while time.monotonic() < end or (turn == 0 and not wanted(folder, end)):
             running.start("server")
             fill(ballast)
             with suppress(httpx.HTTPError):
@@ -235,6 +238,13 @@ def filled(a: argparse.Namespace, folder: Path, running: Running) -> int:
     whole, half = results(folder)
     print(f"whole results: {whole}, half-written: {half}")
     return 1 if amiss or half or whole != len(jobs) else 0
+
+
+def wanted(folder: Path, end: float) -> bool:
+    """Whether a job wanted to write something, by the server's log, or never will."""
+    log = (folder / "server.log").read_text()
+    told = ("the disk is full", "the database does not answer")
+    return any(words in log for words in told) or time.monotonic() > end + PATIENCE
 
 
 def fill(path: Path) -> None:

@@ -20,6 +20,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from heartgen.errors import HeartgenError
 from heartgen.service.security import Parts, needs
 from heartgen.service.service import Service
+from heartgen.service.settings import MB
 from heartgen.service.tokens import Caller
 
 router = APIRouter(tags=["operate"])
@@ -40,7 +41,7 @@ def _health(request: Request, service: Parts) -> Response:
     except SQLAlchemyError:
         found["database"] = False
     try:
-        service.artifacts.check_space()
+        service.artifacts.check_space(MB)
     except (HeartgenError, OSError):
         found["disk"] = False
     return JSONResponse(found, 200 if all(found.values()) else 503)
