@@ -64,6 +64,7 @@ def test_mask_becomes_a_model_of_the_library(browser, running: Running, tmp_path
     assert found == []
     page.on("console", lambda said: errors.append(said.text))  # what the policy refuses is told
     page.click("nav >> text=API")
+    page.click("main >> text=the same to try out")
     page.click("text=/Cancel$/")
     page.locator("#swagger-ui button:text('Try it out')").wait_for()
     assert errors == []
