@@ -145,7 +145,7 @@ def test_a_wall_where_slices_have_none_is_told(slices: int) -> None:
 
 @pytest.mark.parametrize(
     ("one", "two", "words"),
-    [(0.04, 0.0, "one slice"), (0.02, 0.01, "two adjacent slices"), (0.02, 0.004, None)],
+    [(0.04, 0.0, "one slice"), (0.02, 0.01, "two adjacent slices"), (0.02, 0.006, None)],
 )
 def test_less_of_a_wall_is_told_where_it_goes_on(
     fitted: Personalization, one: float, two: float, words: str | None
