@@ -42,11 +42,11 @@ one or two slices, though they do on the whole, 0.79 to 0.92."""
 STRAY = 3.0
 """Pixels from a slice's wall beyond which the mesh's wall is none of it."""
 
-MOST_STRAY, MOST_STRAY_ON = 0.025, 0.008
+MOST_STRAY, MOST_STRAY_ON = 0.02, 0.008
 """Share of that in the mesh's cross-section of a slice, at most, and in both of two adjacent ones.
 Of 190 meshes of stacks that follow their masks the worst slice had 0.018, below the end of a right
 ventricle, and the worst two 0.006; of four that leave the mask at the base, three of them at the
-pulmonary valve, one slice had 0.026 and more, or both of two 0.010."""
+pulmonary valve, one slice had 0.023 and more, or both of two 0.010."""
 
 MOST_FILLED = 1
 """Adjacent slices of a stack, at most, whose pool a successful mesh may fill with its wall: where a
@@ -264,6 +264,7 @@ def _by_slice(mesh: HexMesh, anatomy: Anatomy, pixel: float) -> list[float]:
 def _stray(mask: Mask, anatomy: Anatomy, pool: NDArray[np.bool_], samples: Array) -> list[float]:
     """Share of the mesh's cross-section in each slice that is far from the wall of the slice.
 
+    Gaps in a wall that the shape analysis closed are wall.
     Where a pool tapers off in its last slice, that it is narrower is no matter of the wall: see
     `_filled`.
     """
@@ -276,7 +277,9 @@ def _stray(mask: Mask, anatomy: Anatomy, pool: NDArray[np.bool_], samples: Array
     pixels = pixels[((pixels >= 0) & (pixels < mask.voxels.shape)).all(axis=1)]
     section = np.zeros(mask.voxels.shape, dtype=bool)
     section[tuple(pixels.T)] = True
-    sections, walls, bloods = (np.moveaxis(a, axis, 0) for a in (section, mask.voxels, pool))
+    others = tuple(a for a in range(3) if a != axis)
+    wall = mask.voxels | (_shape(mask, anatomy, section) & mask.voxels.any(others, keepdims=True))
+    sections, walls, bloods = (np.moveaxis(a, axis, 0) for a in (section, wall, pool))
     if mask.affine[:3, axis] @ anatomy.slices.normal < 0:
         sections, walls, bloods = sections[::-1], walls[::-1], bloods[::-1]
     shares = []
@@ -287,6 +290,24 @@ def _stray(mask: Mask, anatomy: Anatomy, pool: NDArray[np.bool_], samples: Array
             shares.append(float(np.mean(away[mesh])))
         below = blood
     return shares
+
+
+def _shape(mask: Mask, anatomy: Anatomy, near: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Voxels of the wall as the shape analysis has it, in the box around some voxels."""
+    wall = np.zeros_like(near)
+    if anatomy.slices is None or not near.any():
+        return wall
+    box = ndi.find_objects(near.astype(int))[0]
+    grid = np.argwhere(np.ones_like(near[box])) + [side.start for side in box]
+    points = mask.to_world(grid.astype(float))
+    points = points - anatomy.slices.shift_at(points)
+    levels = [
+        -level.sample(points)[0] if name.endswith("endo") else level.sample(points)[0]
+        for name, level in anatomy.surfaces.items()
+        if name == "epi" or name.endswith("endo")
+    ]
+    wall[tuple(grid.T)] = np.max(levels, axis=0) < 0
+    return wall
 
 
 def _begun(blood: NDArray[np.bool_], below: NDArray[np.bool_]) -> NDArray[np.bool_]:
