@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from typing import Any
 
 import psutil
@@ -59,6 +60,16 @@ def _load_jupyter_server_extension(server: ServerApp) -> None:
     route = url_path_join(server.base_url, r"/proxy/(\d+)(/.*|)")
     handlers = [(route, LocalProxyHandler, {"host_allowlist": is_a_view})]
     server.web_app.add_handlers(".*", handlers)  # type: ignore[no-untyped-call]
+    server.io_loop.add_callback(_say_where, server)
+
+
+def _say_where(server: ServerApp) -> None:
+    """Print the address, once there is a port: it may be another than the first that was tried."""
+    token = server.identity_provider.token
+    query = f"?token={token}" if token else ""
+    called = "dashboard" if "dashboard" in server.default_url else "apps"
+    address = f"http://{server.ip}:{server.port}{server.base_url}{query}"
+    print(f"heartgen {called}: {address}   (Ctrl-C ends it)", file=sys.stderr, flush=True)
 
 
 def is_a_view(handler: Any, host: str) -> bool:

@@ -6,7 +6,6 @@ import json
 import os
 import secrets
 import shutil
-import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -225,8 +224,4 @@ def arguments(place: Address, folder: Path) -> list[str]:
     }
     if place.port is not None:
         options |= {"ServerApp.port": place.port, "ServerApp.port_retries": 0}
-    address = f"http://{place.host}:{place.port or 8888}{place.base_url}"
-    query = f"?token={token}" if token else ""
-    called = "dashboard" if place.page == DASHBOARD else "apps"
-    print(f"heartgen {called}: {address}{query}   (Ctrl-C ends it)", file=sys.stderr)
     return [f"--{name}={value}" for name, value in options.items()] + ["-y"]

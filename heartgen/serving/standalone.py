@@ -1,33 +1,49 @@
-"""`heartgen view`: a mesh in a browser, with the mask it was made of, on a server of its own."""
+"""`heartgen view`: a mesh in a browser, with the mask it was made of, in the page's 3-D view."""
 
 from __future__ import annotations
 
-import os
 import tempfile
 import warnings
+import webbrowser
+from functools import partial
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyvista as pv
+from numpy.typing import NDArray
 
 from heartgen.anatomy import Anatomy, analyze_under
-from heartgen.errors import InputError, MissingFileError, needing
+from heartgen.errors import HeartgenError, InputError, MissingFileError
+from heartgen.fields import heart_axes
+from heartgen.fields.catalog import AHA
 from heartgen.formats import READERS, read_mesh_file, write_mesh
 from heartgen.report import options_beside
-from heartgen.viewing.camera import camera_around
-from heartgen.viewing.contours import EDGE_RADIUS, TUBE_SIDES
+from heartgen.viewing.camera import frame_of
+from heartgen.viewing.fields import segment_color
 from heartgen.viewing.polydata import MAX_TRIANGLES, mask_surface, to_mask
-from heartgen.viewing.scene import AMBIENT, DARK, MASK, MESH, SPECULAR, SPECULAR_POWER
+from heartgen.viewing.scene import DARK, EDGE_RADIUS, MASK, MESH, TUBE_SIDES, Scale
+from heartgen.widgets.colors import Painted, nice_limit, scaled
+from heartgen.widgets.mesh_scene import WHOLE_OPACITY, Scene
+from heartgen.widgets.scene_file import scene_file
+from heartgen.widgets.scene_parts import framed, rgba
+from heartgen.widgets.scene_views import views_of
+
+Array = NDArray[np.float64]
 
 SUBDIVISION = 3
 """Halvings of a curved cell's edge for the picture: 8 flat pieces."""
 
-MASK_OPACITY = 0.3
-
 DISTANCE = "distance to the mask (mm)"
 
 PLAIN = "one color"
+
+FAR = 95.0
+"""Percentile of the distance by which the end of its scale is chosen."""
+
+HIDDEN = ("vtkOriginal", "pyvistaOriginal", "Normals", "surface ", "patch ", "part ", "rgba")
+"""Beginnings of arrays' names that are no quantities."""
 
 
 def view_files(mesh: Path, mask: Path | None, port: int, browser: bool) -> None:
@@ -53,8 +69,8 @@ def view_files(mesh: Path, mask: Path | None, port: int, browser: bool) -> None:
 
     shown = read_mesh(mesh)
     anatomy = None if mask is None else analyze_under(read_mask(mask), options_beside(mesh))
-    scene = make_scene(shown, anatomy)
-    serve_scene(scene, mesh.name, port, browser)
+    scene, colorings = make_scene(shown, anatomy, frame_beside(mesh, anatomy))
+    serve_page(scene_file(scene, colorings, mesh.name), port, browser)
 
 
 def read_mesh(path: Path) -> pv.DataSet:
@@ -90,8 +106,29 @@ def read_mesh(path: Path) -> pv.DataSet:
     return mesh
 
 
-def make_scene(mesh: pv.DataSet, anatomy: Anatomy | None) -> Any:
-    """Make a plotter with actors ``mesh``, ``edges`` and, if its mask is known, ``mask``.
+def frame_beside(path: Path, anatomy: Anatomy | None) -> tuple[Array, dict[str, Any]]:
+    """Frame (4, 4) in which a heart stands upright, and its named sides.
+
+    Parameters
+    ----------
+    path : Path
+        Of the mesh; one that heartgen does not know stays as it lies.
+    anatomy : Anatomy or None
+        Of its mask.
+    """
+    try:
+        axes = heart_axes(read_mesh_file(path).mesh)
+    except HeartgenError:
+        frame = np.eye(4) if anatomy is None else anatomy.frame
+        return frame, views_of(frame)
+    frame = frame_of(axes)
+    return frame, views_of(frame, axes)
+
+
+def make_scene(
+    mesh: pv.DataSet, anatomy: Anatomy | None, place: tuple[Array, dict[str, Any]]
+) -> tuple[Scene, dict[str, Painted]]:
+    """The scene of a mesh, and what it can be colored by.
 
     Parameters
     ----------
@@ -99,121 +136,129 @@ def make_scene(mesh: pv.DataSet, anatomy: Anatomy | None) -> Any:
         mm, world (LPS).
     anatomy : Anatomy or None
         Of the mask; None if there is no mask.
+    place : (array, dict)
+        As of `frame_beside`.
     """
+    frame, views = place
     surface: Any = mesh.extract_surface(
         nonlinear_subdivision=SUBDIVISION, algorithm="dataset_surface"
-    )
-    lines: Any = mesh.extract_all_edges()
-    with pv.vtk_verbosity("off"):
-        plotter: Any = pv.Plotter(off_screen=True, notebook=False)
-    plotter.set_background("white")
-    look: Any = {"ambient": AMBIENT, "specular": SPECULAR, "specular_power": SPECULAR_POWER}
+    ).triangulate()
+    surface = _apart(surface.compute_normals(cell_normals=False, split_vertices=True))
+    shown = pv.PolyData()
     if anatomy is not None:
-        shown = mask_surface(anatomy.myocardium, MAX_TRIANGLES)
         error = to_mask(surface.points, anatomy.myocardium)
         surface.point_data[DISTANCE] = error.astype(np.float32)
-        plotter.add_mesh(shown, color=MASK, opacity=MASK_OPACITY, smooth_shading=True, name="mask")
-    plotter.add_mesh(surface, color=MESH, name="mesh", show_scalar_bar=False, **look)
+        shown = mask_surface(anatomy.myocardium, MAX_TRIANGLES)
+        shown.point_data["rgba"] = rgba(MASK, np.full(shown.n_points, WHOLE_OPACITY))
+    lines: Any = mesh.extract_all_edges()
     radius = EDGE_RADIUS * float(np.ptp(lines.points, axis=0).max())
-    plotter.add_mesh(lines.tube(radius=radius, n_sides=TUBE_SIDES), color=DARK, name="edges")
-    eye, center = camera_around(np.asarray(surface.points, dtype=float))
-    plotter.camera.focal_point, plotter.camera.position = center, eye
-    plotter.camera.up = (0.0, 0.0, 1.0)
-    return plotter
+    tubes = lines.tube(radius=radius, n_sides=TUBE_SIDES)
+    tubes.point_data["rgba"] = rgba(DARK, np.ones(tubes.n_points))
+    colorings = {name: _painted(surface, name) for name in colors_of(surface)}
+    parts = [framed(data, frame) for data in (surface, tubes, shown)]
+    return Scene(*parts, None, frame, views), colorings
 
 
-def colors_of(plotter: Any) -> list[str]:
+def colors_of(surface: pv.PolyData) -> list[str]:
     """Names of what the mesh can be colored by.
 
     Parameters
     ----------
-    plotter : pyvista.Plotter
-        As of `make_scene`.
+    surface : PolyData
+        Of the mesh.
     """
-    surface = plotter.actors["mesh"].mapper.dataset
-    hidden = ("vtkOriginal", "Normals", "surface ", "patch ", "part ")
     names = [
         name
-        for name in surface.array_names
-        if surface[name].ndim == 1 and not name.startswith(hidden)
+        for name in surface.point_data
+        if surface.point_data[name].ndim == 1 and not name.startswith(HIDDEN)
     ]
     return [PLAIN, *names]
 
 
-def color_by(plotter: Any, name: str) -> str:
-    """Color the mesh, and say what the ends of the scale are.
+def serve_page(page: str, port: int, browser: bool) -> None:
+    """Serve a page on this machine until interrupted.
 
     Parameters
     ----------
-    plotter : pyvista.Plotter
-        As of `make_scene`.
-    name : str
-        One of `colors_of`.
-    """
-    mapper = plotter.actors["mesh"].mapper
-    if name == PLAIN:
-        mapper.scalar_visibility = False
-        return ""
-    values = np.asarray(mapper.dataset[name])
-    low, high = float(values.min()), float(values.max())
-    mapper.set_scalars(values, name, cmap="viridis", clim=(low, high))
-    mapper.scalar_visibility = True
-    return f"{low:.3g} (dark) to {high:.3g} (bright)"
-
-
-def serve_scene(plotter: Any, title: str, port: int, browser: bool) -> None:
-    """Serve a scene on this machine until interrupted.
-
-    Parameters
-    ----------
-    plotter : pyvista.Plotter
-        As of `make_scene`.
-    title : str
-        Of the page.
+    page : str
+        HTML.
     port : int
         0 for any that is free.
     browser : bool
         Open the page.
+
+    Raises
+    ------
+    HeartgenError
+        If the port is taken.
     """
-    os.environ.setdefault("VTK_WASM_DIR_OVERRIDE", tempfile.gettempdir())  # else it is downloaded
-    with needing("the view needs", "apps"):
-        from trame.app import get_server
-        from trame.ui.vuetify3 import SinglePageLayout
-        from trame.widgets import vuetify3 as vuetify
-        from trame_pyvista import widgets as views
-    make_view: Any = views.PyVistaLocalView
-    plotter.suppress_rendering = True
-    server: Any = get_server("heartgen-view", client_type="vue3")
-    state = server.state
-    names = colors_of(plotter)
-    state.color, state.mask, state.scale = PLAIN, True, ""
-    with SinglePageLayout(server) as layout:
-        layout.title.set_text(f"heartgen · {title}")
-        with layout.toolbar:
-            vuetify.VSpacer()
-            vuetify.VLabel("{{ scale }}", classes="mr-4")
-            vuetify.VSelect(
-                label="Color by",
-                v_model=("color",),
-                items=("names", names),
-                hide_details=True,
-                density="compact",
-                style="max-width: 260px",
-            )
-            if "mask" in plotter.actors:
-                vuetify.VCheckbox(
-                    label="Mask", v_model=("mask",), hide_details=True, classes="mr-6"
-                )
-        with layout.content:
-            view = make_view(plotter)
-        layout.footer.clear()
-        layout.footer.add_child("Research use, not for diagnosis")
+    try:
+        server = ThreadingHTTPServer(("127.0.0.1", port), partial(_Page, page.encode()))
+    except OSError as error:
+        raise HeartgenError(
+            f"the view cannot be served on port {port} ({error.strerror}): choose another --port"
+        ) from error
+    address = f"http://127.0.0.1:{server.server_port}/"
+    print(f"heartgen view: {address}   (Ctrl-C ends it)", flush=True)
+    if browser:
+        webbrowser.open(address)
+    with server:
+        server.serve_forever()
 
-    @state.change("color", "mask")  # type: ignore[untyped-decorator]
-    def _changed(color: str, mask: bool, **_: Any) -> None:
-        state.scale = color_by(plotter, color)
-        if "mask" in plotter.actors:
-            plotter.actors["mask"].SetVisibility(mask)
-        view.update()
 
-    server.start(port=port, open_browser=browser, host="127.0.0.1", timeout=0)
+class _Page(BaseHTTPRequestHandler):
+    """Answers every request with one page."""
+
+    def __init__(self, page: bytes, *arguments: Any) -> None:
+        self.page = page
+        super().__init__(*arguments)
+
+    def do_GET(self) -> None:
+        """Hand over the page."""
+        self.send_response(200)
+        self.send_header("Content-Type", "text/html; charset=utf-8")
+        self.send_header("Content-Length", str(len(self.page)))
+        self.end_headers()
+        self.wfile.write(self.page)
+
+    def log_message(self, *_: Any) -> None:
+        """Requests are no news."""
+
+
+def _apart(surface: pv.PolyData) -> pv.PolyData:
+    """Triangles without points in common, so that each may have its cell's color."""
+    corners = surface.regular_faces.ravel()
+    apart = pv.PolyData(
+        surface.points[corners], faces=np.insert(np.arange(len(corners)).reshape(-1, 3), 0, 3, 1)
+    )
+    for name in surface.point_data:
+        apart.point_data[name] = np.asarray(surface.point_data[name])[corners]
+    for name in surface.cell_data:
+        apart.point_data[name] = np.repeat(np.asarray(surface.cell_data[name]), 3, axis=0)
+    apart.point_data.active_normals_name = "Normals"
+    return apart
+
+
+def _painted(surface: pv.PolyData, name: str) -> Painted:
+    """The surface colored by an array."""
+    if name == PLAIN:
+        return _classes(np.zeros(surface.n_points, int), {0: (MESH, "mesh")}, "")
+    values = np.asarray(surface.point_data[name], dtype=float)
+    if name == AHA:
+        numbers = values.astype(int)
+        there = {
+            int(n): (segment_color(int(n)), str(n) if n else "none") for n in np.unique(numbers)
+        }
+        return _classes(numbers, there, "AHA segment")
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    if name == DISTANCE:
+        low, high = 0.0, nice_limit(float(np.percentile(values, FAR)))
+    return scaled(values, Scale(name, "viridis", (low, high if high > low else low + 1)))
+
+
+def _classes(numbers: NDArray[np.intp], named: dict[int, tuple[str, str]], title: str) -> Painted:
+    """Points colored by class, each of which has a color and a name."""
+    colors = np.zeros((max(named) + 1, 3), np.uint8)
+    for number, (color, _) in named.items():
+        colors[number] = pv.Color(color).int_rgb
+    return Painted(colors[numbers], colors.__getitem__, title, names=tuple(named.values()))

@@ -47,11 +47,20 @@ def camera_around(
     """
     center = (points.min(0) + points.max(0)) / 2
     radius = float(np.linalg.norm(points - center, axis=1).max())
-    around, above = np.radians([azimuth, elevation])
-    towards = np.array(
-        [np.cos(around) * np.cos(above), np.sin(around) * np.cos(above), np.sin(above)]
-    )
+    towards = direction_of(azimuth, elevation)
     return center + FILL * radius / np.sin(np.radians(VIEW_ANGLE / 2)) * towards, center
+
+
+def direction_of(azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> Array:
+    """Unit vector (3,) from the heart towards who looks at it, heart frame.
+
+    Parameters
+    ----------
+    azimuth, elevation : float
+        As of `camera_around`.
+    """
+    around, above = np.radians([azimuth, elevation])
+    return np.array([np.cos(around) * np.cos(above), np.sin(around) * np.cos(above), np.sin(above)])
 
 
 def look_at(

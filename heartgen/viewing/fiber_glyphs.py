@@ -92,14 +92,11 @@ def add_fibers(
     key : bool
         Show what the colors mean.
     """
-    rule = rule or FiberRule()
-    helix = MeshField("helix", helix_angle(wall_of(mesh), rule)[..., None])
-    fiber = MeshField("fiber", fiber_frames(mesh, rule)[..., 0])
-    limit = float(np.abs(helix.values).max())
+    tubes, limit = fiber_tubes(mesh, DEPTHS[depth], rule)
     bar: Any = {"title": "helix angle (degrees)\n", "color": DARK, **SCALAR_BAR, "fmt": "%.0f"}
-    plotter.add_mesh(_sheet(mesh, DEPTHS[depth]), color=MESH, **SURFACE_LOOK)
+    plotter.add_mesh(fiber_sheet(mesh, DEPTHS[depth]), color=MESH, **SURFACE_LOOK)
     plotter.add_mesh(
-        _glyphs(mesh, DEPTHS[depth], fiber, helix),
+        tubes,
         scalars="helix",
         cmap="viridis",
         clim=(-limit, limit),
@@ -107,6 +104,34 @@ def add_fibers(
         show_scalar_bar=key,
         **SURFACE_LOOK,
     )
+
+
+def fiber_tubes(
+    mesh: HexMesh, depth: float, rule: FiberRule | None = None
+) -> tuple[pv.PolyData, float]:
+    """Fibers at a depth in the wall, and the largest helix angle in it.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    depth : float
+        From 0, endocardium, to 1, epicardium.
+    rule : FiberRule, optional
+        Fiber angles; the usual ones if omitted.
+
+    Returns
+    -------
+    tubes : PolyData
+        mm, world (LPS), with the ``helix`` angle at the points, degrees.
+    limit : float
+        Largest absolute angle, degrees.
+    """
+    rule = rule or FiberRule()
+    helix = MeshField("helix", helix_angle(wall_of(mesh), rule)[..., None])
+    fiber = MeshField("fiber", fiber_frames(mesh, rule)[..., 0])
+    tubes = _glyphs(mesh, depth, fiber, helix).cell_data_to_point_data()
+    return tubes, float(np.abs(helix.values).max())
 
 
 def _within(mesh: HexMesh, depth: float) -> tuple[NDArray[np.intp], Array]:
@@ -135,8 +160,16 @@ def _on_sheet(mesh: HexMesh, depth: float, uv: Array, *fields: MeshField) -> lis
     return out
 
 
-def _sheet(mesh: HexMesh, depth: float) -> pv.PolyData:
-    """Surface at a depth in the wall."""
+def fiber_sheet(mesh: HexMesh, depth: float) -> pv.PolyData:
+    """Surface at a depth in the wall.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    depth : float
+        From 0, endocardium, to 1, epicardium.
+    """
     t = np.linspace(0, 1, SUBDIVISION + 1)
     v, u = np.meshgrid(t, t, indexing="ij")
     points = _on_sheet(mesh, depth, np.stack([u.ravel(), v.ravel()], -1))[0]

@@ -40,6 +40,10 @@ STOPS = 12
 SCENE_STYLE = "html, body { overflow: hidden; margin: 0; height: 100% }"
 """A scene fills its frame, and needs no scrollbars."""
 
+SIZED = """const again = () => requestAnimationFrame(() => dispatchEvent(new Event("resize")));
+new ResizeObserver(again).observe(document.documentElement);"""
+"""Has the viewer drawn again whenever its frame gets a size: a notebook may give it one late."""
+
 DEPTH = 1
 """Where the serializers are to start counting."""
 
@@ -163,7 +167,7 @@ def scene_page(plotter: pv.Plotter, told: tuple[str, str, str] | None = None) ->
     page = io.StringIO()
     write_html(packed.getvalue(), page)
     made = page.getvalue().replace("<title>OfflineLocalView</title>", "<title>heartgen</title>")
-    added = f"<style>{SCENE_STYLE}</style>"
+    added = f"<style>{SCENE_STYLE}</style><script>{SIZED}</script>"
     if told is not None:
         script = files("heartgen.viewing").joinpath("hover.js").read_text(encoding="utf-8")
         added += f"<script>{script}\ntell({json.dumps(told)});</script>"

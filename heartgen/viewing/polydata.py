@@ -95,7 +95,7 @@ def element_faces(mesh: HexMesh, n: int = SUBDIVISION) -> pv.PolyData:
     return pv.PolyData(points.astype(np.float32), faces=rows.ravel())
 
 
-def mesh_edges(mesh: HexMesh, n: int = SUBDIVISION) -> pv.PolyData:
+def mesh_edges(mesh: HexMesh, n: int = SUBDIVISION, like: HexMesh | None = None) -> pv.PolyData:
     """Edges of the elements on the external surface: each once, as a line of `n` pieces.
 
     Parameters
@@ -104,18 +104,27 @@ def mesh_edges(mesh: HexMesh, n: int = SUBDIVISION) -> pv.PolyData:
         mm, world (LPS).
     n : int
         Pieces of an edge.
+    like : HexMesh, optional
+        Of the same topology: edges are told from each other in this one, so that both have the
+        same, in the same order.
     """
-    points, _ = tessellate(mesh, mesh.topology.external, n)
-    grid = points.reshape(-1, n + 1, n + 1, 3)
-    edges = np.concatenate([grid[:, 0], grid[:, -1], grid[:, :, 0], grid[:, :, -1]])
-    same = SAME * float(np.ptp(points, axis=0).max())
-    edges = edges[np.linalg.norm(np.diff(edges, axis=1), axis=-1).sum(1) > same]
-    middle = edges[:, n // 2] if n % 2 == 0 else edges[:, n // 2 : n // 2 + 2].mean(1)
+    told = _face_edges(like or mesh, n)
+    same = SAME * float(np.ptp(told.reshape(-1, 3), axis=0).max())
+    long = np.flatnonzero(np.linalg.norm(np.diff(told, axis=1), axis=-1).sum(1) > same)
+    told = told[long]
+    middle = told[:, n // 2] if n % 2 == 0 else told[:, n // 2 : n // 2 + 2].mean(1)
     _, first = np.unique(np.round(middle / same), axis=0, return_index=True)
-    edges = edges[first]
+    edges = told[first] if like is None else _face_edges(mesh, n)[long[first]]
     places = np.arange(edges.size // 3).reshape(-1, n + 1)
     lines = np.insert(places, 0, n + 1, axis=1)
     return pv.PolyData(edges.reshape(-1, 3).astype(np.float32), lines=lines.ravel())
+
+
+def _face_edges(mesh: HexMesh, n: int) -> NDArray[np.float64]:
+    """Points (edges, n + 1, 3) of the four edges of every external face, mm."""
+    points, _ = tessellate(mesh, mesh.topology.external, n)
+    grid = points.reshape(-1, n + 1, n + 1, 3)
+    return np.concatenate([grid[:, 0], grid[:, -1], grid[:, :, 0], grid[:, :, -1]])
 
 
 def mask_surface(myocardium: LevelSet, limit: int | None = None) -> pv.PolyData:

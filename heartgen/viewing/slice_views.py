@@ -15,7 +15,10 @@ from numpy.typing import NDArray
 
 from heartgen.anatomy import Anatomy
 from heartgen.images import Mask
+from heartgen.images.volume import Volume
 from heartgen.viewing.card import SURFACE_NAMES, number
+from heartgen.viewing.fit_lines import FitSection, draw_fit
+from heartgen.viewing.gray_image import draw_gray
 
 Array = NDArray[np.float64]
 
@@ -33,6 +36,7 @@ MARGIN = 0.12
 
 MYOCARDIUM, ENDO, EPI, BASE, AXIS = "#d9b8b0", "#d55e00", "#0072b2", "#009e73", "#26303b"
 RIGHT = "#cc79a7"
+BLOOD = ("#fbe3dd", "#dde8f5")
 """Colors (lines: palette of Okabe and Ito, 2008, safe for the color-blind)."""
 
 SURFACES = {"lv_endo": ENDO, "rv_endo": RIGHT, "epi": EPI}
@@ -152,7 +156,13 @@ def draw_slices(mask: Mask, anatomy: Anatomy) -> Figure:
     return figure
 
 
-def draw_slice(view: SliceView, slice_: Slice, position: float) -> Figure:
+def draw_slice(
+    view: SliceView,
+    slice_: Slice,
+    position: float,
+    fit: FitSection | None = None,
+    behind: Volume | None = None,
+) -> Figure:
     """Draw one slice, without words around it.
 
     Parameters
@@ -163,24 +173,53 @@ def draw_slice(view: SliceView, slice_: Slice, position: float) -> Figure:
         Along which axes.
     position : float
         Along the axis across the slice, mm, frame of the view.
+    fit : FitSection, optional
+        A mesh in this slice, drawn in place of the surfaces of the shape analysis.
+    behind : Volume, optional
+        An image that is drawn in place of the mask.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Not bound to any window.
+        Not bound to any window. What it shows is as of `extent_of`.
     """
     across = 3 - slice_.across - slice_.up
     center = view.center.copy()
     center[across] = position
     figure = Figure(figsize=(SMALL, SMALL), facecolor="white")
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    _draw(axes, slice_, view, center, SMALL_PIXELS)
-    middle = (view.low + view.high) / 2
-    half = float((view.high - view.low).max()) / 2
-    i, j = slice_.across, slice_.up
-    axes.set(xlim=(middle[i] - half, middle[i] + half), ylim=(middle[j] - half, middle[j] + half))
+    if behind is not None:
+        extent = extent_of(view, slice_)
+        ends = np.array(extent).reshape(2, 2)
+        points = _points(slice_, center, ends, SMALL_PIXELS)
+        world = points @ view.frame[:3, :3].T + view.frame[:3, 3]
+        draw_gray(axes, behind, world, extent)
+    if fit is None:
+        _draw(axes, slice_, view, center, SMALL_PIXELS, voxels=behind is None)
+    else:
+        if behind is None:
+            draw_section(axes, slice_, view, center, SMALL_PIXELS)
+        draw_fit(axes, fit, behind is not None)
+    low_x, high_x, low_y, high_y = extent_of(view, slice_)
+    axes.set(xlim=(low_x, high_x), ylim=(low_y, high_y))
     axes.set_axis_off()
     return figure
+
+
+def extent_of(view: SliceView, slice_: Slice) -> tuple[float, float, float, float]:
+    """Ends of what `draw_slice` shows, to the right and upwards, mm, frame of the view.
+
+    Parameters
+    ----------
+    view : SliceView
+        The mask to be cut.
+    slice_ : Slice
+        Along which axes.
+    """
+    middle = (view.low + view.high) / 2
+    half = float((view.high - view.low).max()) / 2
+    x, y = middle[slice_.across], middle[slice_.up]
+    return x - half, x + half, y - half, y + half
 
 
 def draw_section(
@@ -205,23 +244,29 @@ def draw_section(
     i, j = slice_.across, slice_.up
     points = _grid(slice_, view, view.center if center is None else center, pixels)
     index = mask.to_index(points.reshape(-1, 3) @ view.frame[:3, :3].T + view.frame[:3, 3])
-    voxels = ndi.map_coordinates(mask.voxels.astype(np.uint8), index.T, order=0)
+    shown = mask.voxels.astype(np.uint8)
+    if mask.blood is not None:
+        shown = np.where(mask.voxels, 1, mask.blood).astype(np.uint8)
+    voxels = ndi.map_coordinates(shown, index.T, order=0)
     extent = (low[i], high[i], low[j], high[j])
     axes.imshow(
         voxels.reshape(pixels, pixels),
-        cmap=ListedColormap(["white", MYOCARDIUM]),
+        cmap=ListedColormap(["white", MYOCARDIUM, *BLOOD]),
         extent=extent,
         origin="lower",
         vmin=0,
-        vmax=1,
+        vmax=3,
     )
     axes.set(xlim=extent[:2], ylim=extent[2:])
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def _draw(axes: Axes, slice_: Slice, view: SliceView, center: Array, pixels: int) -> None:
+def _draw(
+    axes: Axes, slice_: Slice, view: SliceView, center: Array, pixels: int, voxels: bool = True
+) -> None:
     """One slice: the voxels, the surfaces, the basal plane and the long axis."""
-    draw_section(axes, slice_, view, center, pixels)
+    if voxels:
+        draw_section(axes, slice_, view, center, pixels)
     anatomy, j = view.anatomy, slice_.up
     if anatomy is None:
         return
@@ -245,9 +290,15 @@ def _draw(axes: Axes, slice_: Slice, view: SliceView, center: Array, pixels: int
 
 def _grid(slice_: Slice, view: SliceView, center: Array, pixels: int) -> Array:
     """Points (pixels, pixels, 3) of a slice, mm, frame of the view."""
+    ends = np.stack([view.low, view.high], axis=1)[[slice_.across, slice_.up]]
+    return _points(slice_, center, ends, pixels)
+
+
+def _points(slice_: Slice, center: Array, ends: Array, pixels: int) -> Array:
+    """Points (pixels, pixels, 3) of a slice through a center, between ends (2, 2), mm."""
     i, j = slice_.across, slice_.up
-    across, up = (np.linspace(view.low[a], view.high[a], pixels) for a in (i, j))
     points = np.tile(center, (pixels, pixels, 1))
+    across, up = (np.linspace(low, high, pixels) for low, high in ends)
     points[..., i], points[..., j] = np.meshgrid(across, up)
     return points
 

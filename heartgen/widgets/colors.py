@@ -160,16 +160,16 @@ class Coloring:
 def _by_error(patch: PaintedFaces, limit: float | None) -> Painted:
     limit = limit or nice_limit(patch.result.report.accuracy.p95)
     scale = color_scale("error", limit)
-    return replace(_scaled(patch.error, _plain, scale), more=True)
+    return replace(scaled(patch.error, scale), more=True)
 
 
 def _by_quality(patch: PaintedFaces, limit: float | None) -> Painted:
     scale = color_scale("quality")
     faces = patch.mesh.topology.external
-    return _scaled(
+    return scaled(
         patch.of_faces(patch.quality[faces[:, 0]]),
-        lambda elements: _mapped(patch.quality[elements], scale),
         scale,
+        lambda elements: _mapped(patch.quality[elements], scale),
     )
 
 
@@ -207,7 +207,7 @@ def _by_field(key: str) -> Callable[[PaintedFaces, float | None], Painted]:
         low, high = look.limits or np.round(np.percentile(field.values, FIELD_RANGE))
         scale = Scale(look.title, cast("Any", look.colors), (float(low), float(high)))
         values = patch.of_field(field)
-        return replace(_scaled(values, lambda v: _mapped(v, scale), scale), field=field)
+        return replace(scaled(values, scale, lambda v: _mapped(v, scale)), field=field)
 
     return paint
 
@@ -223,11 +223,23 @@ COLORINGS = {
 }
 
 
-def _scaled(values: Array, inside: Callable[[NDArray[Any]], Colors], scale: Scale) -> Painted:
-    """Colors of values on a scale."""
+def scaled(
+    values: Array, scale: Scale, inside: Callable[[NDArray[Any]], Colors] | None = None
+) -> Painted:
+    """Colors of values on a scale.
+
+    Parameters
+    ----------
+    values : (n,) float64
+        At the points.
+    scale : Scale
+        Its ends and colors.
+    inside : callable, optional
+        As of `Painted`; one color if omitted.
+    """
     colors = matplotlib.colormaps[scale.colors]
     stops = tuple(to_hex(colors(i / (STOPS - 1))) for i in range(STOPS))
-    return Painted(_mapped(values, scale), inside, scale.title, scale=scale, stops=stops)
+    return Painted(_mapped(values, scale), inside or _plain, scale.title, scale=scale, stops=stops)
 
 
 def _mapped(values: Array, scale: Scale) -> Colors:

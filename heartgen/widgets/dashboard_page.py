@@ -106,7 +106,6 @@ class Page:
         session.observe(self._start_view, ["anatomy"])
         session.observe(self._follow, ["shown"])
         session.observe(self._complain, ["complaint", "case"])
-        self._looked = False
         self.turn_to("input")
 
     def turn_to(self, key: str) -> None:
@@ -126,10 +125,6 @@ class Page:
                 aria_selected=str(name == key).lower(),
                 tabindex="0" if name == key else "-1",
             )
-        if key == "view" and not self._looked:
-            self._looked = True
-            # While a view is hidden, the browser misplaces its camera.
-            self.panels["view"].place.settle()
 
     def _mark(self, _: Any) -> None:
         """Show on the tabs how their steps stand."""

@@ -49,7 +49,7 @@ class Scene:
 
     def _repr_html_(self) -> str:
         return (
-            f'<iframe srcdoc="{html.escape(self.page)}" title="{self}" loading="lazy" '
+            f'<iframe srcdoc="{html.escape(self.page)}" title="{self}" '
             f'style="width: 100%; height: {self.height}px; border: 0"></iframe>'
         )
 

@@ -19,14 +19,11 @@ if TYPE_CHECKING:
 
 WEB = Path(__file__).parent / "web"
 
-STYLES = ("theme.css", "style.css", "help.css", "narrow.css")
+STYLES = ("theme.css", "style.css", "view.css", "help.css", "narrow.css")
 """What gives the pages their look, each over those before it."""
 
 MARKS = {"blocked": "–", "ready": "", "running": "", "done": "✓", "failed": "!"}
 """What the badge of a step shows instead of its number."""
-
-SETTLING = 1.0
-"""Seconds after which what was put on the page has its size there."""
 
 NAMES = {
     "blocked": "waits",

@@ -6,17 +6,19 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from heartgen.mesh import HexMesh
-from heartgen.viewing.polydata import SUBDIVISION
+from heartgen.viewing.inside import inner_points
 from heartgen.widgets.colors import Painted
 from heartgen.widgets.scene_parts import opaque
 
 Array = NDArray[np.float64]
 
-PIECES = (SUBDIVISION, SUBDIVISION, 2)
-"""Flat pieces of an element, where it is cut open, along xi1, xi2 and xi3."""
-
-CUTS = {"off": "No cut", "x": "Long axis, 1", "y": "Long axis, 2", "z": "Short axis"}
+CUTS = {
+    "off": "No cut",
+    "x": "Long axis, 1",
+    "y": "Long axis, 2",
+    "z": "Short axis",
+    "free": "Free plane",
+}
 
 CUT_NORMALS = {"x": (1, 0, 0), "y": (0, -1, 0), "z": (0, 0, 1)}
 """Of the cuts: towards where the camera stands at first; what lies behind is kept."""
@@ -30,15 +32,15 @@ def cut_plane(surface: pv.PolyData, normal: Array, position: float) -> tuple[Arr
     surface : PolyData
         Of the mesh; mm, heart frame.
     normal : (3,) float64
-        Along one of the axes.
+        Unit vector towards what is cut away.
     position : float
-        From 0 to 1 through the heart.
+        From 0, all is cut away, to 1.
     """
-    axis = int(np.argmax(np.abs(normal)))
-    low, high = np.array(surface.bounds).reshape(3, 2).T
-    origin = (low + high) / 2
-    origin[axis] = low[axis] + position * (high[axis] - low[axis])
-    return origin, normal
+    points = np.asarray(surface.points, dtype=float)
+    center, heights = (points.min(0) + points.max(0)) / 2, points @ normal
+    low, high = heights.min(), heights.max()
+    height = low + position * (high - low)
+    return center + (height - center @ normal) * normal, normal
 
 
 def cut(data: pv.PolyData, plane: tuple[Array, Array]) -> pv.PolyData:
@@ -65,7 +67,7 @@ def cut_surface(
     Parameters
     ----------
     inside : UnstructuredGrid
-        As of `inner_grid`; mm, heart frame.
+        As of `heartgen.viewing.inside.inner_grid`; mm, heart frame.
     plane : (array, array)
         Origin and normal.
     painted : Painted
@@ -74,7 +76,7 @@ def cut_surface(
     origin, normal = plane
     grid = inside.copy(deep=False)
     if painted.field is not None:
-        grid.point_data["value"] = painted.field.evaluate(_inside())[..., 0].ravel()
+        grid.point_data["value"] = painted.field.evaluate(inner_points())[..., 0].ravel()
     cap = grid.slice(normal=normal, origin=origin)
     if cap.n_cells == 0:
         return pv.PolyData()
@@ -92,41 +94,5 @@ def cut_surface(
     else:
         rgb = painted.inside(np.asarray(values)[corners.cell_connectivity])
     cap.point_data["rgba"] = opaque(rgb)
+    cap.point_data["element"] = np.repeat(elements, sizes).astype(np.float32)
     return cap
-
-
-def inner_grid(mesh: HexMesh) -> pv.UnstructuredGrid:
-    """The inside of a mesh in flat pieces, with the ``element`` of each.
-
-    Parameters
-    ----------
-    mesh : HexMesh
-        mm, world (LPS).
-    """
-    n, xi = PIECES, _inside()
-    points = mesh.evaluate(xi)
-    place = np.arange(len(xi)).reshape([k + 1 for k in n])
-    corners = [
-        (0, 0, 0),
-        (1, 0, 0),
-        (1, 1, 0),
-        (0, 1, 0),
-        (0, 0, 1),
-        (1, 0, 1),
-        (1, 1, 1),
-        (0, 1, 1),
-    ]
-    cells = np.stack(
-        [place[a : a + n[0], b : b + n[1], c : c + n[2]].ravel() for a, b, c in corners], -1
-    )
-    shift = np.arange(mesh.n_elements)[:, None, None] * len(xi)
-    cells = (cells[None] + shift).reshape(-1, 8)
-    grid = pv.UnstructuredGrid({pv.CellType.HEXAHEDRON: cells}, points.reshape(-1, 3))
-    grid.cell_data["element"] = np.repeat(np.arange(mesh.n_elements), np.prod(n))
-    return grid
-
-
-def _inside() -> Array:
-    """Local coordinates (q, 3) of the corners of the pieces of an element."""
-    t = [np.linspace(0, 1, k + 1) for k in PIECES]
-    return np.stack(np.meshgrid(*t, indexing="ij"), -1).reshape(-1, 3)

@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 from heartgen.fields.catalog import FIBER
 from heartgen.mesh.surface_faces import evaluate_faces, field_on_faces
 from heartgen.viewing.contours import contour_tubes, tubes_between
-from heartgen.widgets.scene_parts import placed, rgba
+from heartgen.viewing.fiber_glyphs import fiber_sheet, fiber_tubes
+from heartgen.viewing.scene import MESH, Scale
+from heartgen.widgets.colors import Painted, PaintedFaces, scaled
+from heartgen.widgets.scene_parts import opaque, placed, rgba
 
 if TYPE_CHECKING:
     from heartgen.anatomy import Anatomy
-    from heartgen.widgets.colors import PaintedFaces
 
 Array = NDArray[np.float64]
 
@@ -48,6 +50,26 @@ def fibers(patch: PaintedFaces) -> pv.PolyData:
     half = FIBER_LENGTH / 2 * np.sqrt(np.linalg.norm(area, axis=-1, keepdims=True)) / FIBERS
     ends = np.stack([points - half * along, points + half * along], axis=-2).reshape(-1, 3)
     return placed(tubes_between(ends), anatomy)
+
+
+def fibers_within(patch: PaintedFaces, depth: float) -> tuple[pv.PolyData, pv.PolyData, Painted]:
+    """A sheet in the wall and the fibers on it, colored by the helix angle, heart frame.
+
+    Parameters
+    ----------
+    patch : PaintedFaces
+        The surface of a mesh.
+    depth : float
+        From 0, endocardium, to 1, epicardium.
+    """
+    mesh, anatomy = patch.mesh, patch.result.anatomy
+    sheet = placed(fiber_sheet(mesh, depth), anatomy)
+    sheet.point_data["rgba"] = rgba(MESH, np.ones(sheet.n_points))
+    tubes, limit = fiber_tubes(mesh, depth)
+    scale = Scale("helix angle (degrees)", "viridis", (-limit, limit))
+    painted = scaled(np.asarray(tubes.point_data["helix"]), scale)
+    tubes.point_data["rgba"] = opaque(painted.rgb)
+    return sheet, placed(tubes, anatomy), painted
 
 
 def both_contours(anatomy: Anatomy, color: str) -> pv.PolyData:

@@ -25,11 +25,43 @@ def placed(data: Data, anatomy: Anatomy) -> Data:
     anatomy : Anatomy
         Tells the frame.
     """
-    data.points = anatomy.to_heart(np.asarray(data.points, dtype=float)).astype(np.float32)
-    if "Normals" in data.point_data:
-        turned = np.asarray(data.point_data["Normals"]) @ anatomy.frame[:3, :3]
-        data.point_data["Normals"] = turned.astype(np.float32)
+    return framed(data, anatomy.frame)
+
+
+def framed(data: Data, frame: Array) -> Data:
+    """Points and normals of world coordinates in a frame.
+
+    Parameters
+    ----------
+    data : DataSet
+        mm, world (LPS); changed, and returned, its normals as ``"Normals"``.
+    frame : (4, 4) float64
+        To the world, mm.
+    """
+    if data.n_points == 0:
+        return data
+    data.points = ((np.asarray(data.points, float) - frame[:3, 3]) @ frame[:3, :3]).astype("f4")
+    normals = data.point_data.active_normals
+    if normals is not None:
+        data.point_data["Normals"] = (np.asarray(normals) @ frame[:3, :3]).astype(np.float32)
+        data.point_data.active_normals_name = "Normals"
     return data
+
+
+def joined(one: pv.PolyData, other: pv.PolyData) -> pv.PolyData:
+    """Two pieces in one, with the arrays of the first; nan where the second has none.
+
+    Parameters
+    ----------
+    one, other : PolyData
+        mm, heart frame.
+    """
+    if other.n_points == 0:
+        return one
+    for name in one.point_data:
+        if name not in other.point_data:
+            other.point_data[name] = np.full(other.n_points, np.nan, np.float32)
+    return one.append_polydata(other)
 
 
 def opaque(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -33,6 +33,8 @@ class SessionState(HasTraits):
         The one that is looked at, judged and taken away.
     taken : str
         What was downloaded last.
+    cursor : (3,) tuple or None
+        A point of the heart that was clicked in a slice or in the 3-D view, mm, world (LPS).
     states : dict of str to StepState
     """
 
@@ -47,5 +49,6 @@ class SessionState(HasTraits):
     outcomes: List[Outcome] = List()
     shown = Any(None, allow_none=True)
     taken = Unicode("")
+    cursor = Any(None, allow_none=True)
     states = Dict()
     cost_revision = Int(0)

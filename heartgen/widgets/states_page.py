@@ -111,7 +111,7 @@ class StatesPage:
         self.color = choose(
             [("One color", PLAIN)], PLAIN, "Color by", "What the colors of the solid mesh show"
         )
-        self.place = ViewPlace(self._draw_scene, session.post)
+        self.place = ViewPlace(self._draw_scene, session.post, self._told)
         self.key = text("", "hg-scale")
         self.result = text("", "hg-report")
         self.plots = classed(widgets.Box([]), "hg-plots")
@@ -227,8 +227,15 @@ class StatesPage:
         self.place.make(scene, self._show, self._failed)
 
     def _show(self, scene: Any) -> None:
-        self.place.view.show(scene, reset=True)
+        self.place.view.show(scene, reset=True, can_play=len(self._pairs) > 1)
         self.key.value = key_html(scene.painted, False)
+
+    def _told(self, message: dict[str, Any]) -> None:
+        """The view asks for the way from one state to the other."""
+        solid, around = (self._pairs.get(c.value) for c in (self.solid, self.around))
+        if message["kind"] == "play" and solid is not None and around is not None:
+            states = [(state.name, state.mesh) for state in (solid, around)]
+            self.place.make(lambda: _moving(states), self.place.view.move, self._failed)
 
     def _failed(self, sentence: str) -> None:
         self.key.value = html.escape(sentence)
@@ -246,6 +253,13 @@ class StatesPage:
             path = Path(folder) / "states.html"
             compare_html(found.comparison, meshes, path, ", ".join(found.comparison.names))
             self.report.hand_over(path.name, path.read_bytes())
+
+
+def _moving(states: list[tuple[str, Any]]) -> Any:
+    """The solid mesh on its way to the other."""
+    from heartgen.widgets.states_scene import states_moving
+
+    return states_moving(states)
 
 
 def comparison_html(found: Compared) -> str:

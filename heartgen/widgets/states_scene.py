@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import matplotlib
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from heartgen.fields import heart_axes
 from heartgen.fields.segments import segments_of_elements
 from heartgen.mesh import HexMesh
+from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.viewing.bullseye import Bullseye
 from heartgen.viewing.camera import frame_of
 from heartgen.viewing.contours import EDGE_RADIUS, TUBE_SIDES
@@ -20,8 +22,9 @@ from heartgen.viewing.motion import LARGE, OPACITY, SMALL
 from heartgen.viewing.polydata import mesh_edges, mesh_surface
 from heartgen.viewing.scene import DARK, MESH, Scale
 from heartgen.widgets.colors import STOPS, Painted
-from heartgen.widgets.mesh_scene import Scene
-from heartgen.widgets.scene_parts import opaque, rgba
+from heartgen.widgets.mesh_scene import Probe, Scene
+from heartgen.widgets.scene_parts import framed, opaque, rgba
+from heartgen.widgets.scene_views import views_of
 
 Array = NDArray[np.float64]
 
@@ -54,18 +57,51 @@ def states_scene(overlay: Overlay) -> Scene:
     overlay : Overlay
         What is shown.
     """
-    frame = frame_of(heart_axes(overlay.solid))
-    surface, edges = mesh_surface(overlay.solid), mesh_edges(overlay.solid)
+    axes = heart_axes(overlay.solid)
+    frame = frame_of(axes)
+    surface, tubes = _drawn(overlay.solid, overlay.solid)
     painted = _painted(overlay, surface.n_points)
     surface.point_data["rgba"] = opaque(painted.rgb)
-    radius = EDGE_RADIUS * float(np.ptp(edges.points, axis=0).max())
-    tubes: pv.PolyData = edges.tube(radius=radius, n_sides=TUBE_SIDES)
     tubes.point_data["rgba"] = rgba(DARK, np.ones(tubes.n_points))
     shell = pv.PolyData()
     if overlay.around is not overlay.solid:
         shell = mesh_surface(overlay.around)
         shell.point_data["rgba"] = rgba(LARGE, np.full(shell.n_points, OPACITY))
-    return Scene(_upright(surface, frame), _upright(tubes, frame), _upright(shell, frame), painted)
+    faces = overlay.solid.topology.external[:, 0]
+    element = np.repeat(faces, surface.n_points // len(faces))
+    return Scene(
+        framed(surface, frame),
+        framed(tubes, frame),
+        framed(shell, frame),
+        painted,
+        frame,
+        views_of(frame, axes),
+        Probe(element, jacobian_ratio(overlay.solid), {}),
+    )
+
+
+def states_moving(states: Sequence[tuple[str, HexMesh]]) -> list[tuple[str, Array, Array]]:
+    """Points of the surface and of the edges in each state, mm, in the frame of the first.
+
+    Parameters
+    ----------
+    states : sequence of (str, HexMesh)
+        By their names, of one topology.
+    """
+    first = states[0][1]
+    frame = frame_of(heart_axes(first))
+    out = []
+    for name, mesh in states:
+        surface, tubes = (framed(data, frame) for data in _drawn(mesh, first))
+        out.append((name, np.asarray(surface.points), np.asarray(tubes.points)))
+    return out
+
+
+def _drawn(mesh: HexMesh, like: HexMesh) -> tuple[pv.PolyData, pv.PolyData]:
+    """Surface and edges of a mesh, the edges as in another one of its topology."""
+    edges = mesh_edges(mesh, like=like)
+    radius = EDGE_RADIUS * float(np.ptp(edges.points, axis=0).max())
+    return mesh_surface(mesh), edges.tube(radius=radius, n_sides=TUBE_SIDES)
 
 
 def _painted(overlay: Overlay, n_points: int) -> Painted:
@@ -99,14 +135,3 @@ def _painted(overlay: Overlay, n_points: int) -> Painted:
 def _nothing(elements: NDArray[np.intp]) -> NDArray[np.uint8]:
     """Colors of the inside, which is never seen."""
     return np.zeros((len(elements), 3), np.uint8)
-
-
-def _upright(data: pv.PolyData, frame: Array) -> pv.PolyData:
-    """Points and normals in a frame, heart to world (4, 4), in which the base is above."""
-    if data.n_points == 0:
-        return data
-    data.points = ((np.asarray(data.points) - frame[:3, 3]) @ frame[:3, :3]).astype(np.float32)
-    if "Normals" in data.point_data:
-        turned = np.asarray(data.point_data["Normals"]) @ frame[:3, :3]
-        data.point_data["Normals"] = turned.astype(np.float32)
-    return data

@@ -36,11 +36,17 @@ class Upload(anywidget.AnyWidget):
         Called with a sentence.
     shown : callable
         Called when the drop zone is on the page.
+    **traits : str
+        First values of ``title``, what is written on it, ``name``, what it is called for those who
+        do not see it, and ``zone``, its CSS class.
     """
 
     _esm = WEB / "upload.js"
     limit = Int(0).tag(sync=True)
     piece = Int(PIECE).tag(sync=True)
+    title = Unicode("Upload a file").tag(sync=True)
+    name = Unicode("Upload a mask or label map").tag(sync=True)
+    zone = Unicode("hg-drop").tag(sync=True)
 
     def __init__(
         self,
@@ -49,8 +55,9 @@ class Upload(anywidget.AnyWidget):
         arrived: Callable[[Path], None],
         refused: Callable[[str], None],
         shown: Callable[[], None] = lambda: None,
+        **traits: str,
     ) -> None:
-        super().__init__(limit=limit)
+        super().__init__(limit=limit, **traits)
         self._folder, self._arrived, self._refused = folder, arrived, refused
         self._shown = shown
         self._file: BinaryIO | None = None

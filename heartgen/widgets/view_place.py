@@ -10,7 +10,7 @@ from typing import Any
 import ipywidgets as widgets
 
 from heartgen.widgets.memory import release_memory
-from heartgen.widgets.parts import SETTLING, classed, text
+from heartgen.widgets.parts import classed, text
 
 Made = Callable[[Any], None]
 """Takes a scene, where the page lives."""
@@ -32,16 +32,23 @@ class ViewPlace:
         Called when the view has started.
     post : callable
         Has something done where the page lives.
+    told, pointed : callable
+        As of `heartgen.widgets.viewer.HeartView`.
     """
 
     def __init__(
-        self, ready: Callable[[], None], post: Callable[[Callable[[], None]], None]
+        self,
+        ready: Callable[[], None],
+        post: Callable[[Callable[[], None]], None],
+        told: Callable[[dict[str, Any]], None] = lambda message: None,
+        pointed: Callable[[Any], None] = lambda point: None,
     ) -> None:
         self.widget = classed(
             widgets.Box([text("The 3-D view is starting …", "hg-notice")]), "hg-view"
         )
         self.view: Any = None
         self._ready, self._post = ready, post
+        self._told, self._pointed = told, pointed
         self._task: asyncio.Task[None] | None = None
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="heartgen-view")
         self._ask = 0
@@ -72,16 +79,6 @@ class ViewPlace:
         self._ask += 1
         self._pool.submit(self._make, self._ask, scene, made, failed)
 
-    def settle(self) -> None:
-        """Look from the usual place, and once more when the browser has given the view its size."""
-        self._reset()
-        if self._task is not None:
-            asyncio.get_running_loop().call_later(SETTLING, self._reset)
-
-    def _reset(self) -> None:
-        if self.view is not None:
-            self.view.reset()
-
     def _make(
         self, ask: int, scene: Callable[[], Any], made: Made, failed: Callable[[str], None]
     ) -> None:
@@ -109,12 +106,14 @@ class ViewPlace:
         await loop.run_in_executor(self._pool, _import_scene)
         from heartgen.widgets.viewer import HeartView
 
-        self.view = HeartView()
-        await self.view.start()
+        self.view = HeartView(self._told, self._pointed)
         self.widget.children = (self.view.widget,)
         self._ready()
 
 
 def _import_scene() -> None:
-    """Load VTK, which takes long, beside the kernel's loop."""
+    """Load VTK and make the page of vtk.js, which take long, beside the kernel's loop."""
     import heartgen.widgets.viewer  # noqa: F401
+    from heartgen.widgets.scene_widget import empty_page
+
+    empty_page()

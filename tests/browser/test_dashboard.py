@@ -157,13 +157,64 @@ def test_mesh_turns_and_stays_turned(ran):
 
 
 def test_view_can_be_saved_and_reset(ran):
-    frame = ran.frame_locator(".hg-frame")
     with ran.expect_download() as download:
-        frame.get_by_role("button", name="Save picture").click()
+        ran.get_by_role("button", name="Save picture").click()
     assert Path(download.value.path()).read_bytes().startswith(b"\x89PNG")
     before = view(ran)
-    frame.get_by_role("button", name="Reset view").click()
+    ran.get_by_role("button", name="Reset view").click()
     wait_for_other(ran, before)
+
+
+def pointed(page, x, y):
+    """Pixels of a place in the view, from 0 to 1 across and down."""
+    box = page.locator(".hg-stage").bounding_box()
+    return box["x"] + x * box["width"], box["y"] + y * box["height"]
+
+
+def test_heart_fills_the_view_and_is_seen_from_named_sides(ran):
+    colored = np.ptp(view(ran), axis=2) > SATURATED
+    rows = np.flatnonzero(colored.any(axis=1))
+    assert np.ptp(rows) > 0.8 * len(colored)
+    before = view(ran)
+    ran.get_by_label("Look from", exact=True).select_option(label="Apical")
+    wait_for_other(ran, before)
+    ran.get_by_role("button", name="Reset view").click()
+
+
+def test_pointer_tells_element_and_error_and_ruler_measures(ran):
+    ran.mouse.move(*pointed(ran, 0.5, 0.6))
+    ran.wait_for_selector(".hg-readout:has-text('element')")
+    told = ran.locator(".hg-readout").inner_text()
+    assert all(word in told for word in ("Q 0.", "error", "wall", "mm"))
+    ran.get_by_role("button", name="Ruler").click()
+    ran.mouse.click(*pointed(ran, 0.5, 0.5))
+    ran.mouse.click(*pointed(ran, 0.5, 0.75))
+    ran.wait_for_selector(".hg-length:has-text('mm')")
+    ran.get_by_role("button", name="Ruler").click()
+
+
+def test_mesh_is_hidden_and_plays_and_is_cut_where_one_looks(ran):
+    before = view(ran)
+    ran.get_by_role("button", name="Mesh", exact=True).click()
+    wait_for_view(ran, lambda now: np.mean(np.abs(now - before).max(axis=2) > CHANGED) > 0.005)
+    ran.get_by_role("button", name="Mesh", exact=True).click()
+    ran.get_by_role("button", name="Play").click()
+    ran.wait_for_selector(".hg-readout:has-text('Warped')")
+    ran.get_by_role("button", name="Play").click()
+    ran.get_by_role("button", name="Cut here").click()
+    ran.wait_for_selector(".hg-controls :text('Tilt')")
+    wait_for_other(ran, before)
+    choose(ran, "Cut", "No cut")
+
+
+def test_what_is_asked_for_last_is_what_is_shown(ran):
+    """However fast the changes come, the browser confirms the last."""
+    before = view(ran)
+    for mask in ("All of it", "Hidden", "Where it differs", "Hidden", "All of it"):
+        choose(ran, "Mask", mask)
+    whole = wait_for_other(ran, before)  # without a cut, or any other change
+    choose(ran, "Mask", "Where it differs")
+    wait_for_other(ran, whole)
 
 
 def test_stage_and_cut_change_the_view(ran):

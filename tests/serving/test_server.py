@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -19,6 +21,8 @@ pytest.importorskip("jupyter_server_proxy")
 from heartgen.serving.server import INDEX, Address, arguments, environment, notebooks, served_folder
 
 PORT = 18_913
+USUAL_PORT = 8888
+"""Jupyter's."""
 WORD = "open-sesame"
 
 
@@ -128,3 +132,24 @@ def test_no_process_of_the_server_takes_all_memory(server):
         pytest.skip("limits of another process are seen on Linux alone")
     soft, _ = resource.prlimit(server.pid, resource.RLIMIT_DATA)
     assert 0 < soft < psutil.virtual_memory().total
+
+
+def test_address_that_is_printed_is_the_one_that_answers():
+    """Also where the usual port is taken."""
+    with socket.socket() as taken:
+        with contextlib.suppress(OSError):  # taken already
+            taken.bind(("127.0.0.1", USUAL_PORT))
+            taken.listen()
+        command = [sys.executable, "-c", "from heartgen.cli import main; main()", "dashboard"]
+        process = subprocess.Popen(
+            [*command, "--no-browser"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+        )
+        try:
+            told = next(line for line in process.stderr if line.startswith("heartgen dashboard: "))
+            address = told.split()[2]
+            assert f":{USUAL_PORT}/" not in address
+            with urllib.request.urlopen(f"{address}api", timeout=60) as answer:
+                assert "version" in json.load(answer)
+        finally:
+            process.send_signal(signal.SIGTERM)
+            process.communicate(timeout=60)

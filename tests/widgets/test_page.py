@@ -83,9 +83,10 @@ def test_unknown_sample_is_refused():
 def test_slices_move(page):
     page.session.load_sample("lifelike").result()
     panel = page.page.panels["input"]
-    before = panel.images[2].value
+    before = panel.images[2].picture
     panel.sliders[2].value -= 15
-    assert panel.images[2].value != before
+    assert panel.images[2].picture != before
+    assert panel.titles[2].value == f"Short axis · z = {round(panel.sliders[2].value)} mm"
 
 
 def test_names_of_files_cannot_break_the_page(page, tmp_path):

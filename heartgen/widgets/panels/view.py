@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import ipywidgets as widgets
+import numpy as np
 
 from heartgen.widgets.parts import choose, classed, head, row, text
 from heartgen.widgets.session import Session
@@ -33,7 +35,12 @@ COLORS = (
     ("Longitudinal", "longitudinal"),
     ("Wall thickness", "thickness"),
 )
-LINES = (("Element edges", "edges"), ("Fibers", "fibers"), ("None", "off"))
+LINES = (
+    ("Element edges", "edges"),
+    ("Fibers", "fibers"),
+    ("Fibers at a depth", "depth"),
+    ("None", "off"),
+)
 MASKS = (
     ("Where it differs", "misfit"),
     ("All of it", "whole"),
@@ -45,6 +52,7 @@ CUTS = (
     ("Long axis, 1", "x"),
     ("Long axis, 2", "y"),
     ("Short axis", "z"),
+    ("Free plane", "free"),
 )
 
 
@@ -61,7 +69,7 @@ class ViewPanel:
 
     def __init__(self, session: Session, titled: bool = True) -> None:
         self.session = session
-        self.place = ViewPlace(self._draw, session.post)
+        self.place = ViewPlace(self._draw, session.post, self._told, self._pointed)
         self._case: Any = None
         self.stage = row(
             "Stage",
@@ -79,19 +87,18 @@ class ViewPanel:
             "The mask's surface, translucent, or of a stack the contours in its slices",
         )
         self.cut = choose(CUTS, "off", "Cut", "Cut the heart open along one of its axes")
-        self.position = row(
-            "At",
-            widgets.FloatSlider(
-                0.5, min=0.02, max=0.98, step=0.02, continuous_update=False, readout=False
-            ),
-            "Place of the cut",
-        )
+        self.position = _slider("Cut at", 0.5, (0.02, 0.98), 0.02, "Place of the cut")
+        self.turn = _slider("Turn", 0, (-180, 180), 5, "Turn the free plane around the long axis")
+        self.tilt = _slider("Tilt", 0, (-90, 90), 5, "Tilt the free plane towards the base")
         self.lines = choose(LINES, "edges", "Lines", "Edges of the elements, or rule-based fibers")
+        self.depth = _slider("Depth", 0.5, (0, 1), 0.05, "From the endocardium to the epicardium")
         self.key = text("", "hg-scale")
-        controls = [self.color, self.limit, self.mask, self.lines, self.cut, self.position]
+        controls = [self.color, self.limit, self.mask, self.lines, self.depth]
+        controls += [self.cut, self.position, self.turn, self.tilt]
         for control in (self.stage, *controls):
             control.observe(self._draw, "value")
         session.observe(self._draw, ["anatomy", "shown"])
+        session.observe(self._mark, ["cursor"])
         self.widget = classed(
             widgets.VBox(
                 [
@@ -122,8 +129,15 @@ class ViewPanel:
             NO_STAGES if there and not way else f"Show the mesh: {title.lower()}"
             for title, _ in STAGES
         ]
-        self.limit.disabled = not there or self.color.value != "error"
-        self.position.disabled = not there or self.cut.value == "off"
+        self.color.disabled = not there or self.lines.value == "depth"
+        self.limit.disabled = self.color.disabled or self.color.value != "error"
+        for control, of_use in (
+            (self.position, self.cut.value != "off"),
+            (self.turn, self.cut.value == "free"),
+            (self.tilt, self.cut.value == "free"),
+            (self.depth, self.lines.value == "depth"),
+        ):
+            control.layout.display = "" if of_use else "none"
 
     def _draw(self, _: Any = None) -> None:
         """Have the scene made in the thread, then show it."""
@@ -155,7 +169,41 @@ class ViewPanel:
             "cut": self.cut.value,
             "position": self.position.value,
             "limit": self.limit.value or None,
+            "normal": _normal(self.turn.value, self.tilt.value),
+            "depth": self.depth.value,
         }
+
+    def _told(self, message: dict[str, Any]) -> None:
+        """A button of the view was pressed."""
+        session, shown = self.session, self.session.shown
+        if shown is None:
+            return
+        if message["kind"] == "play":
+            self.place.make(lambda: _moving(shown), self.place.view.move, self._failed)
+        elif message["kind"] == "facing":
+            self._cut_facing(message["direction"])
+        session.post(self._enable)
+
+    def _cut_facing(self, direction: list[float]) -> None:
+        """Cut across a direction, (3,), heart frame."""
+        x, y, z = direction
+        for control in (self.turn, self.tilt, self.cut):
+            control.unobserve(self._draw, "value")
+        self.turn.value = math.degrees(math.atan2(y, x))
+        self.tilt.value = math.degrees(math.asin(max(-1.0, min(1.0, z))))
+        self.cut.value = "free"
+        for control in (self.turn, self.tilt, self.cut):
+            control.observe(self._draw, "value")
+        self._draw()
+
+    def _pointed(self, point: Any) -> None:
+        self.session.cursor = tuple(point.tolist())
+
+    def _mark(self, _: Any = None) -> None:
+        """Mark the point that was clicked in a slice."""
+        if self.place.view is not None:
+            cursor = self.session.cursor
+            self.place.view.mark(None if cursor is None else np.array(cursor))
 
     def _failed(self, sentence: str) -> None:
         self.key.value = sentence
@@ -164,7 +212,14 @@ class ViewPanel:
         """Hand a scene to the view."""
         session = self.session
         case = session.case
-        self.place.view.show(scene, reset=case is not self._case)
+        meshed = scene.probe is not None
+        self.place.view.show(
+            scene,
+            reset=case is not self._case,
+            can_play=meshed and self.cut.value == "off" and session.shown.result.has_stages,
+            can_cut=meshed,
+        )
+        self._mark()
         self._case = case
         slices = session.anatomy.slices
         moved = slices is not None and bool(slices.shifts.any()) and self.mask.value == "slices"
@@ -176,6 +231,29 @@ def _scene(shown: Any, anatomy: Any, wanted: dict[str, Any]) -> Any:
     from heartgen.widgets.mesh_scene import SceneView, mask_scene, mesh_scene
 
     return mask_scene(anatomy) if shown is None else mesh_scene(shown, SceneView(**wanted))
+
+
+def _moving(shown: Any) -> Any:
+    """The mesh in each of its stages."""
+    from heartgen.widgets.mesh_scene import stages_moving
+
+    return stages_moving(shown)
+
+
+def _normal(turn: float, tilt: float) -> tuple[float, float, float]:
+    """Unit vector by its angles around the long axis and towards the base, degrees."""
+    around, above = math.radians(turn), math.radians(tilt)
+    level = math.cos(above)
+    return level * math.cos(around), level * math.sin(around), math.sin(above)
+
+
+def _slider(label: str, value: float, ends: tuple[float, float], step: float, tooltip: str) -> Any:
+    """A slider that is heard when it is let go."""
+    low, high = ends
+    made = widgets.FloatSlider(
+        value, min=low, max=high, step=step, continuous_update=False, readout=False
+    )
+    return row(label, made, tooltip)
 
 
 def _masks(stack: bool) -> tuple[tuple[str, str], ...]:

@@ -1,18 +1,18 @@
 // A drop zone that sends a file in pieces, each when the last one has arrived.
 function render({ model, el }) {
   const zone = document.createElement("label");
-  zone.className = "hg-drop";
+  zone.className = model.get("zone");
   zone.innerHTML =
     '<input type="file"><span class="hg-drop-text"></span><progress max="1" hidden></progress>';
   const [input, text, bar] = zone.children;
-  input.setAttribute("aria-label", "Upload a mask or label map");
+  input.setAttribute("aria-label", model.get("name"));
   el.appendChild(zone);
   let file = null;
 
   const idle = () => {
     bar.hidden = true;
     input.disabled = false;
-    text.innerHTML = "<b>Upload a file</b> or drop it here";
+    text.innerHTML = `<b>${model.get("title")}</b> or drop it here`;
   };
   const megabytes = (n) => (n / 1048576).toFixed(n < 1048576 ? 2 : n < 10485760 ? 1 : 0) + " MB";
   const begin = (chosen) => {
