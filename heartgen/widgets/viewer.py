@@ -99,7 +99,7 @@ class HeartView:
         self.widget.observe(self._clicked, "cursor")
 
     def move(self, states: Sequence[tuple[str, Array, Array]]) -> None:
-        """Let the mesh move through states, to and fro.
+        """Let the mesh move through states, back and forth.
 
         Parameters
         ----------

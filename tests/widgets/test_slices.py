@@ -94,6 +94,7 @@ def test_an_image_lies_behind_the_mesh(session, panel, tmp_path):
     nibabel.save(nibabel.Nifti1Image(gray.astype(np.float32), ras), tmp_path / "gray.nii.gz")
     before = panel.images[0].picture
     panel._read_image(tmp_path / "gray.nii.gz")
+    assert panel.said.value == ""
     assert panel.images[0].picture != before
     assert "mask" not in panel.key.value
     panel._drop_image()

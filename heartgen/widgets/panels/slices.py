@@ -299,6 +299,7 @@ def gray_image(path: Path) -> Any:
     from heartgen.images.volume import Volume
 
     held = open_image(path)
-    if not isinstance(held, Volume) or held.values.ndim != 3:
+    values = np.squeeze(held.values) if isinstance(held, Volume) else np.empty(0)
+    if not isinstance(held, Volume) or values.ndim != 3:
         raise InputError(f"{path.name}: This is no image of one frame: give a gray image in 3-D.")
-    return held
+    return Volume(values, held.affine)
