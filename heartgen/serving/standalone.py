@@ -21,10 +21,11 @@ from heartgen.fields.catalog import AHA
 from heartgen.formats import READERS, read_mesh_file, write_mesh
 from heartgen.report import options_beside
 from heartgen.viewing.camera import frame_of
+from heartgen.viewing.contours import EDGE_RADIUS, TUBE_SIDES
 from heartgen.viewing.fields import segment_color
 from heartgen.viewing.polydata import MAX_TRIANGLES, mask_surface, to_mask
-from heartgen.viewing.scene import DARK, EDGE_RADIUS, MASK, MESH, TUBE_SIDES, Scale
-from heartgen.widgets.colors import Painted, nice_limit, scaled
+from heartgen.viewing.scene import DARK, MASK, MESH, Scale, nice_limit
+from heartgen.widgets.colors import Painted, scaled
 from heartgen.widgets.mesh_scene import WHOLE_OPACITY, Scene
 from heartgen.widgets.scene_file import scene_file
 from heartgen.widgets.scene_parts import framed, rgba
@@ -155,8 +156,9 @@ def make_scene(
     tubes = lines.tube(radius=radius, n_sides=TUBE_SIDES)
     tubes.point_data["rgba"] = rgba(DARK, np.ones(tubes.n_points))
     colorings = {name: _painted(surface, name) for name in colors_of(surface)}
-    parts = [framed(data, frame) for data in (surface, tubes, shown)]
-    return Scene(*parts, None, frame, views), colorings
+    for data in (surface, tubes, shown):
+        framed(data, frame)
+    return Scene(surface, tubes, shown, None, frame, views), colorings
 
 
 def colors_of(surface: pv.PolyData) -> list[str]:

@@ -57,17 +57,18 @@ class SliceFit:
         """
         across = 3 - slice_.across - slice_.up
         turn, shift = view.frame[:3, :3], view.frame[:3, 3]
-        plane = {"normal": turn[:, across], "origin": turn[:, across] * position + shift}
+        normal = turn[:, across]
+        origin = normal * position + shift
 
         def flat(cut: pv.PolyData) -> Array:
             points = (np.asarray(cut.points, dtype=float).reshape(-1, 3) - shift) @ turn
             return points[:, [slice_.across, slice_.up]]
 
-        surface = self._surface.slice(**plane)
+        surface = self._surface.slice(normal=normal, origin=origin)
         if surface.n_cells == 0:  # it passes the mesh by
             return NOTHING
-        faces = self._faces.slice(**plane)
-        wall = self._inside.slice(**plane).triangulate()
+        faces = self._faces.slice(normal=normal, origin=origin)
+        wall = self._inside.slice(normal=normal, origin=origin).triangulate()
         pairs = _pairs(surface)
         return FitSection(
             edges=flat(faces)[_pairs(faces)],

@@ -61,7 +61,8 @@ def joined(one: pv.PolyData, other: pv.PolyData) -> pv.PolyData:
     for name in one.point_data:
         if name not in other.point_data:
             other.point_data[name] = np.full(other.n_points, np.nan, np.float32)
-    return one.append_polydata(other)
+    both: pv.PolyData = one.append_polydata(other)
+    return both
 
 
 def opaque(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
