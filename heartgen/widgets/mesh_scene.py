@@ -183,7 +183,7 @@ def mesh_scene(outcome: Outcome, view: SceneView) -> Scene:
     -------
     Scene
     """
-    result, anatomy = outcome.result, outcome.result.anatomy
+    _result, anatomy = outcome.result, outcome.result.anatomy
     keys = [stage.key for stage in _stages(outcome)]
     drawn = _drawn(outcome, view.stage if view.stage in keys else keys[-1])
     if view.lines == "depth":

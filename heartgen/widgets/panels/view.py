@@ -212,11 +212,12 @@ class ViewPanel:
         """Hand a scene to the view."""
         session = self.session
         case = session.case
-        meshed = scene.probe is not None
+        meshed, shown = scene.probe is not None, session.shown
+        whole = self.cut.value == "off" and shown is not None and shown.result.has_stages
         self.place.view.show(
             scene,
             reset=case is not self._case,
-            can_play=meshed and self.cut.value == "off" and session.shown.result.has_stages,
+            can_play=meshed and whole,
             can_cut=meshed,
         )
         self._mark()
