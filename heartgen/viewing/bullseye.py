@@ -64,6 +64,8 @@ class Bullseye:
         A map of matplotlib that the color-blind can read.
     percent : bool
         Values are shares to be shown in percent.
+    digits : int
+        Behind the point, of values that are no shares.
     """
 
     key: str
@@ -72,6 +74,7 @@ class Bullseye:
     limits: tuple[float, float]
     colors: str = "viridis"
     percent: bool = False
+    digits: int = 1
 
     def text(self, value: float) -> str:
         """A value in print.
@@ -81,7 +84,7 @@ class Bullseye:
         value : float
             Of a segment.
         """
-        return f"{100 * value:+.0f}" if self.percent else f"{value:.1f}"
+        return f"{100 * value:+.0f}" if self.percent else f"{value:.{self.digits}f}"
 
 
 def bullseyes(

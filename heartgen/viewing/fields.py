@@ -16,7 +16,7 @@ from heartgen.fields import HeartAxes, heart_axes, make_fields
 from heartgen.fields.segments import NO_SEGMENT, SEGMENTS, segments_of_elements
 from heartgen.mesh import HexMesh
 from heartgen.mesh.surface_faces import evaluate_faces
-from heartgen.renamed import keep_former_names, takes_former_keywords
+from heartgen.renamed import takes_former_keywords
 from heartgen.viewing.camera import frame_of, look_at
 from heartgen.viewing.polydata import (
     SUBDIVISION,
@@ -209,17 +209,34 @@ def add_segments(plotter: Any, mesh: HexMesh, axes: HeartAxes) -> None:
 
 def _numbers(mesh: HexMesh, segment: NDArray[np.intp]) -> dict[int, Array]:
     """Where over the outside of the wall the number of each segment stands, mm, world (LPS)."""
+    return {number: place for number, (place, _) in segment_places(mesh, segment).items()}
+
+
+def segment_places(mesh: HexMesh, segment: NDArray[np.intp]) -> dict[int, tuple[Array, Array]]:
+    """Where over the outside of the wall the number of each segment stands, and the normal there.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        mm, world (LPS).
+    segment : (e,) int
+        Of each element.
+
+    Returns
+    -------
+    dict of int to ((3,) float64, (3,) float64)
+        mm, world (LPS), and of unit length.
+    """
     topology = mesh.topology
     septum = topology.patches.get("rv_septum", topology.surfaces["epi"][:0])
     faces = np.concatenate([topology.surfaces["epi"], septum])
     middle, area = (a[:, 0] for a in evaluate_faces(mesh, faces, np.full((1, 2), 0.5)))
     height = RAISED * np.linalg.norm(np.ptp(middle, axis=0))
-    raised = middle + height * area / np.linalg.norm(area, axis=1, keepdims=True)
+    normal = area / np.linalg.norm(area, axis=1, keepdims=True)
+    raised = middle + height * normal
     out = {}
     for number in np.setdiff1d(segment[faces[:, 0]], NO_SEGMENT):
-        own = raised[segment[faces[:, 0]] == number]
-        out[int(number)] = own[np.argmin(np.linalg.norm(own - own.mean(0), axis=1))]
+        own = np.flatnonzero(segment[faces[:, 0]] == number)
+        best = own[np.argmin(np.linalg.norm(raised[own] - raised[own].mean(0), axis=1))]
+        out[int(number)] = raised[best], normal[best]
     return out
-
-
-keep_former_names(__name__)

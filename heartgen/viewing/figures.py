@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from heartgen.assessment import QUALITY_THRESHOLD
@@ -60,6 +61,7 @@ def draw_histograms(result: Personalization) -> Figure:
     left.set(xlabel="distance to the mesh (mm)", ylabel="share of the surface", title="Error")
     ratio = jacobian_ratio(result.mesh)
     middle.hist(ratio, bins=BINS, range=(min(0.0, float(ratio.min())), 1.0), color=BLUE)
+    middle.yaxis.set_major_locator(MaxNLocator(integer=True))
     _mean_line(middle, quality.mean, f"mean {quality.mean:.2f}")
     middle.axvline(QUALITY_THRESHOLD, color=INK, linestyle=":", linewidth=1.2)
     middle.set(xlabel="Jacobian ratio Q", ylabel="elements", title="Quality")
@@ -105,15 +107,19 @@ def _error(result: Personalization) -> tuple[Array, Array]:
 
 
 def _mean_line(axes: Axes, value: float, label: str) -> None:
-    """A line at the mean."""
+    """A line at the mean; its label is on the side that has more room, and before any bar."""
+    low, high = axes.get_xlim()
+    side = 1 if value < (low + high) / 2 else -1
     axes.axvline(value, color=ORANGE, linewidth=1.6)
     axes.annotate(
         label,
         (value, 0.98),
         xycoords=("data", "axes fraction"),
-        xytext=(5, 0),
+        xytext=(6 * side, 0),
         textcoords="offset points",
+        ha="left" if side > 0 else "right",
         va="top",
-        color=ORANGE,
+        color=INK,
         fontsize="small",
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1},
     )

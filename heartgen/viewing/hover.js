@@ -43,12 +43,12 @@ function tell([name, title, unitName]) {
   box.hidden = true;
   box.style.cssText = "position: fixed; z-index: 9; pointer-events: none; background: #26303bee; color: #fff; "
     + "padding: 3px 9px; border-radius: 6px; font: 13px system-ui, sans-serif";
-  document.body.append(box);
   addEventListener("mousemove", (event) => {
     const surface = event.buttons ? null : found(name);
     const value = surface && valueAt(surface, event.clientX, event.clientY, innerWidth, innerHeight);
     box.hidden = value === null;
     if (box.hidden) return;
+    if (!box.isConnected) document.body.append(box); // the viewer clears the page when it comes
     box.textContent = `${title} ${value.toFixed(2)} ${unitName}`;
     box.style.left = `${Math.min(event.clientX + 14, innerWidth - box.offsetWidth - 6)}px`;
     box.style.top = `${Math.min(event.clientY + 14, innerHeight - box.offsetHeight - 6)}px`;

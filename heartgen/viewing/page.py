@@ -166,7 +166,7 @@ def scene_page(plotter: pv.Plotter, told: tuple[str, str, str] | None = None) ->
         archive.writestr("index.json", json.dumps(_scene(plotter.render_window)))
     page = io.StringIO()
     write_html(packed.getvalue(), page)
-    made = page.getvalue().replace("<title>OfflineLocalView</title>", "<title>heartgen</title>")
+    made = page.getvalue()
     added = f"<style>{SCENE_STYLE}</style><script>{SIZED}</script>"
     if told is not None:
         script = files("heartgen.viewing").joinpath("hover.js").read_text(encoding="utf-8")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from heartgen.assessment import QUALITY_THRESHOLD
@@ -21,6 +22,9 @@ COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#26
 """Palette of Okabe and Ito (2008), safe for the color-blind."""
 
 MARKERS = "osD^vP*"
+
+LEAST_SPAN = 0.4
+"""Of an axis: of the error, over its largest value; of the quality."""
 
 FAINT = 0.4
 """Opacity of the bars from the first to the third quartile."""
@@ -93,6 +97,7 @@ def draw_curves(
     axes.set(xlabel="mean error (mm)", ylabel="mean quality Q", title=title)
     axes.title.set_fontsize("medium")
     axes.margins(0.15)
+    _widen(axes)
     axes.spines[["top", "right"]].set_visible(False)
     if several:
         figure.legend(
@@ -103,6 +108,17 @@ def draw_curves(
             title_fontsize="small",
         )
     return figure
+
+
+def _widen(axes: Axes) -> None:
+    """Around a single point, axes that say how much it is: no differences of rounding."""
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    short = LEAST_SPAN * max(abs(right), abs(left)) - (right - left)
+    if short > 0:
+        axes.set_xlim(max(0.0, left - short / 2), right + short / 2)
+    if high - low < LEAST_SPAN:
+        middle = (low + high) / 2
+        axes.set_ylim(middle - LEAST_SPAN / 2, middle + LEAST_SPAN / 2)
 
 
 def draw_sweep(table: pd.DataFrame, varied: Sequence[str]) -> Figure:

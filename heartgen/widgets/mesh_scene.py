@@ -29,7 +29,7 @@ from heartgen.viewing.scene import DARK, LIGHT, MASK, MASK_OPACITY
 from heartgen.viewing.stages import STAGES, Stage, registered, stages_of
 from heartgen.widgets.colors import COLORINGS, Painted, PaintedFaces
 from heartgen.widgets.scene_cuts import CUT_NORMALS, cut, cut_plane, cut_surface
-from heartgen.widgets.scene_lines import both_contours, fibers, fibers_within
+from heartgen.widgets.scene_lines import both_contours, fibers, fibers_within, segment_numbers
 from heartgen.widgets.scene_parts import joined, opaque, placed, rgba
 from heartgen.widgets.scene_views import views_of
 
@@ -193,6 +193,10 @@ def mesh_scene(outcome: Outcome, view: SceneView) -> Scene:
         mesh = drawn.surface.copy(deep=False)
         mesh.point_data["rgba"] = opaque(painted.rgb)
         lines = _lines(drawn, view.lines, LIGHT if view.color == "error" else DARK)
+        if view.color == "segment":
+            numbers = segment_numbers(drawn.patch)
+            numbers.point_data["rgba"] = rgba(DARK, np.ones(numbers.n_points))
+            lines = lines.append_polydata(numbers)
     mask = _mask(drawn, view.mask)
     if view.mask == "slices" and drawn.contours.n_points > 0:
         lines = lines.append_polydata(drawn.contours)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
+from heartgen.fields import heart_axes
 from heartgen.fields.catalog import FIBER
+from heartgen.fields.segments import segments_of_elements
 from heartgen.mesh.surface_faces import evaluate_faces, field_on_faces
 from heartgen.viewing.contours import contour_tubes, tubes_between
 from heartgen.viewing.fiber_glyphs import fiber_sheet, fiber_tubes
+from heartgen.viewing.fields import segment_places
 from heartgen.viewing.scene import MESH, Scale
 from heartgen.widgets.colors import Painted, PaintedFaces, scaled
 from heartgen.widgets.scene_parts import opaque, placed, rgba
@@ -23,6 +26,12 @@ Array = NDArray[np.float64]
 
 GIVEN = "#8a94a0"
 """Color of contours where a slice was before it was moved."""
+
+NUMBER = 0.055
+"""Height of the numbers of segments, over the size of the mesh."""
+
+UPRIGHT = 0.2
+"""Part of the long axis within the surface from which a number stands upright along it."""
 
 FIBERS = 5
 """Pieces of fibers along each side of a face."""
@@ -91,3 +100,30 @@ def both_contours(anatomy: Anatomy, color: str) -> pv.PolyData:
         given.point_data["rgba"] = rgba(GIVEN, np.ones(given.n_points))
         shown = shown.append_polydata(given)
     return shown
+
+
+def segment_numbers(patch: PaintedFaces) -> pv.PolyData:
+    """The numbers of the AHA segments on the outside of the wall, upright, heart frame.
+
+    Parameters
+    ----------
+    patch : PaintedFaces
+        The surface of a mesh.
+    """
+    mesh = patch.mesh
+    axes = heart_axes(mesh, patch.result.options.septal_direction)
+    size = NUMBER * float(np.ptp(patch.points, axis=0).max())
+    drawn = pv.PolyData()
+    for number, (place, normal) in segment_places(mesh, segments_of_elements(mesh, axes)).items():
+        up = axes.longitudinal - (axes.longitudinal @ normal) * normal
+        if np.linalg.norm(up) < UPRIGHT:  # the apex is seen from below, the front above
+            up = axes.anterior - (axes.anterior @ normal) * normal
+        up /= np.linalg.norm(up)
+        # Read from outside: against the normal, with `up` above, the right is this way.
+        right = np.cross(up, normal)
+        text: Any = pv.Text3D(str(number), depth=0.0, height=size, normal=(0, 0, 1))
+        flat = np.asarray(text.points, dtype=float)
+        flat -= flat.mean(0)
+        text.points = (place + flat @ np.stack([right, up, normal])).astype(np.float32)
+        drawn = drawn.append_polydata(pv.PolyData(text.points, faces=text.triangulate().faces))
+    return placed(drawn, patch.result.anatomy)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import atexit
 import html
-from base64 import b64encode
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,7 +19,6 @@ from heartgen.widgets.parts import (
     card,
     choose,
     classed,
-    picture,
     row,
     sections_html,
     status,
@@ -39,9 +37,6 @@ ABOUT = "One heart in several states: ejection fraction, strains, and where the 
 
 FIRST = "lv"
 """Beat that is loaded when the page opens."""
-
-DPI = 110
-"""Of the bull's-eye plots."""
 
 FORMATS = "Meshes (VTU, EXF, EX1); masks, label maps and cines, which are fitted"
 
@@ -196,11 +191,12 @@ class StatesPage:
             self.result.value, self.plots.children = "", ()
             self.color.options = [("One color", PLAIN)]
             return
-        from heartgen.viewing.bullseye import draw_bullseye
+        from heartgen.viewing.bullseye_svg import bullseye_html
 
         self.result.value = comparison_html(found)
-        pictures = [(shown.title, picture(draw_bullseye(shown), DPI)) for shown in found.bullseyes]
-        self.plots.children = [_bullseye(title, content) for title, content in pictures]
+        self.plots.children = [
+            text(bullseye_html(shown), "hg-bullseye") for shown in found.bullseyes
+        ]
         chosen = self.color.value
         titles = [(f"Segments: {shown.title}", shown.key) for shown in found.bullseyes]
         self.color.options = [("One color", PLAIN), *titles]
@@ -291,9 +287,3 @@ def comparison_html(found: Compared) -> str:
         '<div class="hg-scroll" tabindex="0" role="region" aria-label="States">'
         f"<table><thead><tr><td></td>{heads}</tr></thead><tbody>{rows}</tbody></table></div></div>"
     )
-
-
-def _bullseye(title: str, content: bytes) -> Any:
-    """A plot, with a name for those who do not see it."""
-    source = f"data:image/png;base64,{b64encode(content).decode()}"
-    return text(f'<img src="{source}" alt="Bull\'s-eye plot: {html.escape(title)}">', "hg-bullseye")

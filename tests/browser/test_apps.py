@@ -14,7 +14,7 @@ pytestmark = pytest.mark.slow
 SEEN = {
     "dashboard": ".hg-side .hg-step-input .hg-done",
     "tradeoff": ".hg-point",
-    "states": ".hg-bullseye img",
+    "states": ".hg-bullseye svg",
 }
 """What is on each app once its first sample is there."""
 

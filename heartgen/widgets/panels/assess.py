@@ -74,6 +74,7 @@ class AssessPanel:
             classed(widgets.Image(format="png"), "hg-histograms"),
             alt="Histograms of error and quality, and the mean error of each surface",
         )
+        self.segments = text("", "hg-segments")
         self.tradeoff = Tradeoff()
         self.sweep = button(
             "Fit all levels of detail", "Fit this case at all five levels and compare", self._sweep
@@ -100,6 +101,7 @@ class AssessPanel:
                 [
                     self.card,
                     self.figure,
+                    self.segments,
                     classed(widgets.HBox([levels, runs]), "hg-columns"),
                 ]
             ),
@@ -125,10 +127,14 @@ class AssessPanel:
         self.body.layout.display = "" if shown else "none"
         if shown is None:
             return
+        from heartgen.viewing.bullseye_svg import bullseye_html
         from heartgen.viewing.figures import draw_histograms
+        from heartgen.viewing.segment_values import result_bullseyes
 
         self.card.value = card_html(shown)
         self.figure.value = picture(draw_histograms(shown.result), DPI)
+        plots = "".join(map(bullseye_html, result_bullseyes(shown.result)))
+        self.segments.value = f"<h3>By segment</h3><div>{plots}</div>"
         others = siblings(self.session, shown)
         self.hint.value = (
             "Click a point to load its mesh."

@@ -225,6 +225,10 @@ class ViewPanel:
         slices = session.anatomy.slices
         moved = slices is not None and bool(slices.shifts.any()) and self.mask.value == "slices"
         self.key.value = key_html(scene.painted, self.mask.value != "off", moved)
+        if self.color.value == "segment":
+            from heartgen.viewing.bullseye_svg import segment_key
+
+            self.key.value = segment_key() + self.key.value
 
 
 def _scene(shown: Any, anatomy: Any, wanted: dict[str, Any]) -> Any:

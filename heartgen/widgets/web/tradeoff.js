@@ -30,7 +30,7 @@ function render({ model, el }) {
       "aria-label": "Fitting error against element quality",
     });
     const errors = points.map((p) => p.error);
-    const room = Math.max(0.15 * (Math.max(...errors) - Math.min(...errors)), 0.02 * Math.max(...errors));
+    const room = Math.max(0.15 * (Math.max(...errors) - Math.min(...errors)), 0.2 * Math.max(...errors));
     const x0 = Math.max(0, Math.min(...errors) - room), x1 = Math.max(...errors) + room;
     const y0 = Math.min(threshold - 0.05, ...points.map((p) => p.quality - 0.05));
     const y1 = Math.max(...points.map((p) => p.quality)) + 0.06;
