@@ -117,13 +117,13 @@ class Scale:
     title : str
         With the unit.
     colors : str
-        A perceptually uniform map of matplotlib.
+        A perceptually uniform map of matplotlib; of differences, one with white in the middle.
     limits : (float, float)
         Values at its ends.
     """
 
     title: str
-    colors: Literal["viridis", "cividis"]
+    colors: Literal["viridis", "cividis", "RdBu_r"]
     limits: tuple[float, float]
 
 

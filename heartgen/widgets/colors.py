@@ -18,6 +18,7 @@ from heartgen.fields.segments import NO_SEGMENT
 from heartgen.mesh import HexMesh, MeshField
 from heartgen.mesh.jacobian import jacobian_ratio
 from heartgen.viewing.card import SURFACE_NAMES
+from heartgen.viewing.differences import difference_scale, signed_distances
 from heartgen.viewing.fields import FIELD_STYLES, segment_color
 from heartgen.viewing.polydata import on_surface, to_mask
 from heartgen.viewing.scene import MESH, REGION_COLORS, Scale, color_scale, nice_limit
@@ -47,11 +48,14 @@ class PaintedFaces:
         At the stage that is shown.
     points : (n, 3) float64
         Of all external faces, equally many on each, mm, world (LPS).
+    other : HexMesh or None
+        With which the mesh is compared.
     """
 
     result: Personalization
     mesh: HexMesh
     points: Array
+    other: HexMesh | None = None
 
     def of_faces(self, values: NDArray[Any]) -> NDArray[Any]:
         """Values of the external faces, (f,), at their points, (n,).
@@ -212,6 +216,13 @@ def _by_field(key: str) -> Callable[[PaintedFaces, float | None], Painted]:
     return paint
 
 
+def _by_difference(patch: PaintedFaces, _: float | None) -> Painted:
+    if patch.other is None:
+        return replace(_by_region(patch, None), title="choose in Assess what to compare with")
+    distances = signed_distances(patch.mesh, patch.other)
+    return _scaled(distances, _plain, difference_scale(distances))
+
+
 COLORINGS = {
     "error": Coloring("Error", "Distance from the mesh to the mask, mm", _by_error),
     "quality": Coloring("Quality Q", "Jacobian ratio of each element, 1 is best", _by_quality),
@@ -220,6 +231,7 @@ COLORINGS = {
     "transmural": Coloring("Transmural", "Depth in the wall: cut it open", _by_field("transmural")),
     "longitudinal": Coloring("Longitudinal", "From apex to base", _by_field("longitudinal")),
     "thickness": Coloring("Wall thickness", "Across the wall, mm", _by_field("thickness")),
+    "difference": Coloring("Difference", "To the mesh chosen in Assess, mm", _by_difference),
 }
 
 

@@ -6,7 +6,7 @@ heart and stays where the user left it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -95,6 +95,8 @@ class SceneView:
         Of fibers in the wall, from 0, endocardium, to 1.
     limit : float or None
         End of the error's color scale, mm; None for one that suits the result.
+    against : Outcome or None
+        With which the mesh is compared.
     """
 
     stage: str = "optimized"
@@ -106,6 +108,7 @@ class SceneView:
     normal: tuple[float, float, float] = (1.0, 0.0, 0.0)
     depth: float = 0.5
     limit: float | None = None
+    against: Outcome | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +192,8 @@ def mesh_scene(outcome: Outcome, view: SceneView) -> Scene:
     if view.lines == "depth":
         mesh, lines, painted = fibers_within(drawn.patch, view.depth)
     else:
-        painted = COLORINGS[view.color].paint(drawn.patch, view.limit)
+        other = None if view.against is None else view.against.result.mesh
+        painted = COLORINGS[view.color].paint(replace(drawn.patch, other=other), view.limit)
         mesh = drawn.surface.copy(deep=False)
         mesh.point_data["rgba"] = opaque(painted.rgb)
         lines = _lines(drawn, view.lines, LIGHT if view.color == "error" else DARK)

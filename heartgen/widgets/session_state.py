@@ -31,6 +31,8 @@ class SessionState(HasTraits):
         Every mesh of every run.
     shown : Outcome or None
         The one that is looked at, judged and taken away.
+    against : Outcome or None
+        Another mesh of the heart, with which the shown one is compared.
     taken : str
         What was downloaded last.
     cursor : (3,) tuple or None
@@ -48,6 +50,7 @@ class SessionState(HasTraits):
     runs: List[Run] = List()
     outcomes: List[Outcome] = List()
     shown = Any(None, allow_none=True)
+    against = Any(None, allow_none=True)
     taken = Unicode("")
     cursor = Any(None, allow_none=True)
     states = Dict()

@@ -8,6 +8,7 @@ from typing import Any
 import ipywidgets as widgets
 
 from heartgen.widgets.hints import marked
+from heartgen.widgets.panels.against import AgainstPanel
 from heartgen.widgets.parts import (
     button,
     classed,
@@ -95,6 +96,7 @@ class AssessPanel:
             ),
             "hg-levels",
         )
+        self.against = AgainstPanel(session)
         runs = classed(widgets.VBox([text("<h3>Runs</h3>"), self.table]), "hg-compare")
         self.body = classed(
             widgets.VBox(
@@ -102,7 +104,7 @@ class AssessPanel:
                     self.card,
                     self.figure,
                     self.segments,
-                    classed(widgets.HBox([levels, runs]), "hg-columns"),
+                    classed(widgets.HBox([levels, runs, self.against.widget]), "hg-columns"),
                 ]
             ),
             "hg-judge",

@@ -34,6 +34,7 @@ COLORS = (
     ("Transmural", "transmural"),
     ("Longitudinal", "longitudinal"),
     ("Wall thickness", "thickness"),
+    ("Difference", "difference"),
 )
 LINES = (
     ("Element edges", "edges"),
@@ -97,7 +98,7 @@ class ViewPanel:
         controls += [self.cut, self.position, self.turn, self.tilt]
         for control in (self.stage, *controls):
             control.observe(self._draw, "value")
-        session.observe(self._draw, ["anatomy", "shown"])
+        session.observe(self._draw, ["anatomy", "shown", "against"])
         session.observe(self._mark, ["cursor"])
         self.widget = classed(
             widgets.VBox(
@@ -171,6 +172,7 @@ class ViewPanel:
             "limit": self.limit.value or None,
             "normal": _normal(self.turn.value, self.tilt.value),
             "depth": self.depth.value,
+            "against": self.session.against,
         }
 
     def _told(self, message: dict[str, Any]) -> None:
