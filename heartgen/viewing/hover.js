@@ -10,7 +10,7 @@ function cross(a, b) {
 function unit(a) { const n = Math.sqrt(dot(a, a)); return a.map((v) => v / n); }
 
 function found(name) {
-  const renderer = globalThis.renderWindow?.getRenderers()[0];
+  const renderer = globalThis.global?.renderWindow?.getRenderers()[0];
   for (const actor of renderer?.getActors() ?? []) {
     const data = actor.getMapper()?.getInputData();
     const values = data?.getPointData()?.getArrayByName(name);
