@@ -10,11 +10,12 @@ function cross(a, b) {
 function unit(a) { const n = Math.sqrt(dot(a, a)); return a.map((v) => v / n); }
 
 function found(name) {
-  const renderer = globalThis.global?.renderWindow?.getRenderers()[0];
-  for (const actor of renderer?.getActors() ?? []) {
-    const data = actor.getMapper()?.getInputData();
-    const values = data?.getPointData()?.getArrayByName(name);
-    if (values) return { renderer, points: data.getPoints().getData(), values: values.getData() };
+  for (const renderer of globalThis.global?.renderWindow?.getRenderers() ?? []) {
+    for (const actor of renderer.getActors()) {
+      const data = actor.getMapper()?.getInputData();
+      const values = data?.getPointData()?.getArrayByName(name);
+      if (values) return { renderer, points: data.getPoints().getData(), values: values.getData() };
+    }
   }
   return null;
 }
