@@ -220,7 +220,7 @@ def _by_difference(patch: PaintedFaces, _: float | None) -> Painted:
     if patch.other is None:
         return replace(_by_region(patch, None), title="choose in Assess what to compare with")
     distances = signed_distances(patch.mesh, patch.other)
-    return _scaled(distances, _plain, difference_scale(distances))
+    return scaled(distances, difference_scale(distances))
 
 
 COLORINGS = {
