@@ -30,7 +30,6 @@ suppress_warnings = ["ref.python"]  # types in docstrings are words, of which se
 
 html_theme = "pydata_sphinx_theme"
 html_title = "heartgen"
-html_static_path = ["_static"]
 html_theme_options = {
     "navigation_with_keys": False,
     "secondary_sidebar_items": ["page-toc"],
