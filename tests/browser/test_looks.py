@@ -35,6 +35,7 @@ CUT_OFF = """() => [...document.querySelectorAll(
 
 def to_tab(page, key):
     page.locator(f".hg-tab-{key}").click()
+    page.locator(f".hg-tab-{key}[aria-selected=true]").wait_for()
     page.locator(f"#hg-panel-{key}").wait_for()
 
 
