@@ -16,7 +16,7 @@ from heartgen.fields import HeartAxes, heart_axes, make_fields
 from heartgen.fields.segments import NO_SEGMENT, SEGMENTS, segments_of_elements
 from heartgen.mesh import HexMesh
 from heartgen.mesh.surface_faces import evaluate_faces
-from heartgen.renamed import takes_former_keywords
+from heartgen.renamed import keep_former_names, takes_former_keywords
 from heartgen.viewing.camera import frame_of, look_at
 from heartgen.viewing.polydata import (
     SUBDIVISION,
@@ -240,3 +240,6 @@ def segment_places(mesh: HexMesh, segment: NDArray[np.intp]) -> dict[int, tuple[
         best = own[np.argmin(np.linalg.norm(raised[own] - raised[own].mean(0), axis=1))]
         out[int(number)] = raised[best], normal[best]
     return out
+
+
+keep_former_names(__name__)
