@@ -60,8 +60,9 @@ class Fitter:
         """Tell the process that no more will come; it ends after the job in hand."""
         with self._lock:
             process, self._process = self._process, None
-        if process is not None:
-            _close_input(process)
+        if process is not None and process.stdin is not None:
+            with suppress(OSError):
+                process.stdin.close()
 
     def results(
         self,
@@ -139,10 +140,7 @@ class Fitter:
 
     def _living(self) -> subprocess.Popen[str]:
         """The process, started if there is none."""
-        if self._process is not None and self._process.poll() is not None:
-            _close_input(self._process)
-            self._process = None
-        if self._process is None:
+        if self._process is None or self._process.poll() is not None:
             paths = os.pathsep.join(path or os.getcwd() for path in sys.path)
             self._process = subprocess.Popen(
                 [
@@ -157,13 +155,6 @@ class Fitter:
                 text=True,
             )
         return self._process
-
-
-def _close_input(process: subprocess.Popen[str]) -> None:
-    """Let go of the pipe to a process, be it alive or dead."""
-    if process.stdin is not None:
-        with suppress(OSError):
-            process.stdin.close()
 
 
 def _take_in(job: Job, known: Input, found: dict[int, Personalization], arrived: Arrived) -> None:
