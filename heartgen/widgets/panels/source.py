@@ -75,9 +75,7 @@ class SourcePanel:
             classed(control, "hg-above")
         self.opened: Callable[[Path], None] | None = None
         folder = partial(getattr, session, "folder")
-        self.upload = Upload(
-            folder, MAX_UPLOAD, self._arrived, self._refused, several=True, title="Upload files"
-        )
+        self.upload = Upload(folder, MAX_UPLOAD, self._arrived, self._refused, several=True, title="Upload files")
         limit = text(
             f"{FORMATS}, up to {MAX_UPLOAD / MEGABYTE:.0f} MB; or a session that was saved",
             "hg-note",
