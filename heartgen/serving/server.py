@@ -169,7 +169,6 @@ def environment(place: Address, folder: Path) -> dict[str, str]:
         "JUPYTER_CONFIG_PATH": os.pathsep.join(filter(None, paths)),
         "PYVISTA_TRAME_SERVER_PROXY_PREFIX": f"{place.base_url}proxy/",
         "VTK_WASM_DIR_OVERRIDE": str(folder / "config"),  # else trame looks for it on the network
-        "HEARTGEN_SESSIONS": str(folder / "sessions"),
         "TMPDIR": str(folder / "visitors"),  # goes with the server, even if a kernel is killed
         "IPYTHONDIR": str(folder / "ipython"),
         "PYDEVD_DISABLE_FILE_VALIDATION": "1",

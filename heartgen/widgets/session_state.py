@@ -24,8 +24,6 @@ class SessionState(HasTraits):
         An input was asked for that is not the case: it is being read, or was refused.
     offer : str
         Scheme of labels by which a file that was refused as a mask can be read.
-    origin : dict of str to str
-        Where the input that was asked for last comes from, as of `InputCase`.
     choices : RunOptions
     runs : list of Run
         The newest last.
@@ -40,12 +38,6 @@ class SessionState(HasTraits):
     cursor : (3,) tuple or None
         A point of the heart that was clicked in a slice or in the 3-D view, mm, world (LPS).
     states : dict of str to StepState
-    refused : list of str
-        Why hearts of several were not read.
-    ahead : bool
-        Fit the other levels of detail of a run after it.
-    ahead_of : str
-        Those that are being fitted; empty if none are.
     """
 
     case = Any(None, allow_none=True)
@@ -54,7 +46,6 @@ class SessionState(HasTraits):
     complaint = Unicode("")
     awaited = Bool(False)
     offer = Unicode("")
-    origin = Dict()
     choices = Instance(RunOptions)
     runs: List[Run] = List()
     outcomes: List[Outcome] = List()
@@ -63,7 +54,4 @@ class SessionState(HasTraits):
     taken = Unicode("")
     cursor = Any(None, allow_none=True)
     states = Dict()
-    refused: List[str] = List()
-    ahead = Bool(True)
-    ahead_of = Unicode("")
     cost_revision = Int(0)
