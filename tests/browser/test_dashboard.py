@@ -183,8 +183,8 @@ def test_heart_fills_the_view_and_is_seen_from_named_sides(ran):
 
 def test_pointer_tells_element_and_error_and_ruler_measures(ran):
     ran.mouse.move(*pointed(ran, 0.5, 0.6))
-    ran.wait_for_selector(".hg-readout:has-text('element')")
-    told = ran.locator(".hg-readout").inner_text()
+    ran.wait_for_selector(".hg-stage .hg-readout:has-text('element')")
+    told = ran.locator(".hg-stage .hg-readout").inner_text()
     assert all(word in told for word in ("Q 0.", "error", "wall", "mm"))
     ran.get_by_role("button", name="Ruler").click()
     ran.mouse.click(*pointed(ran, 0.5, 0.5))
@@ -199,7 +199,7 @@ def test_mesh_is_hidden_and_plays_and_is_cut_where_one_looks(ran):
     wait_for_view(ran, lambda now: np.mean(np.abs(now - before).max(axis=2) > CHANGED) > 0.005)
     ran.get_by_role("button", name="Mesh", exact=True).click()
     ran.get_by_role("button", name="Play").click()
-    ran.wait_for_selector(".hg-readout:has-text('Warped')")
+    ran.wait_for_selector(".hg-stage .hg-readout:has-text('Warped')")
     ran.get_by_role("button", name="Play").click()
     ran.get_by_role("button", name="Cut here").click()
     ran.wait_for_selector(".hg-controls :text('Tilt')")
