@@ -125,5 +125,8 @@ def segment_numbers(patch: PaintedFaces) -> pv.PolyData:
         flat = np.asarray(text.points, dtype=float)
         flat -= flat.mean(0)
         text.points = (place + flat @ np.stack([right, up, normal])).astype(np.float32)
-        drawn = drawn.append_polydata(pv.PolyData(text.points, faces=text.triangulate().faces))
+        piece = pv.PolyData(text.points, faces=text.triangulate().faces)
+        piece.point_data["Normals"] = np.tile(normal, (len(flat), 1)).astype(np.float32)
+        drawn = drawn.append_polydata(piece)
+    drawn.point_data.active_normals_name = "Normals"
     return placed(drawn, patch.result.anatomy)

@@ -19,6 +19,7 @@ from heartgen.widgets.mesh_scene import (
 )
 from heartgen.widgets.panels import view
 from heartgen.widgets.scene_cuts import CUTS
+from heartgen.widgets.viewer import HeartView
 
 VIEW = SceneView()
 
@@ -40,6 +41,9 @@ def test_every_coloring_has_a_key_and_more_than_one_color(finished, color):
     scene = mesh_scene(finished.shown, replace(VIEW, color=color))
     assert len(colors(scene)) > 1
     assert scene.painted.stops or scene.painted.names
+    shown = HeartView()
+    shown.show(scene)
+    assert shown.widget.revision == 1
 
 
 def test_stages_approach_the_mask(finished):
