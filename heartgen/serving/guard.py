@@ -60,7 +60,8 @@ def _load_jupyter_server_extension(server: ServerApp) -> None:
     route = url_path_join(server.base_url, r"/proxy/(\d+)(/.*|)")
     handlers = [(route, LocalProxyHandler, {"host_allowlist": is_a_view})]
     server.web_app.add_handlers(".*", handlers)  # type: ignore[no-untyped-call]
-    server.io_loop.add_callback(_say_where, server)
+    # the first turn of the loop binds the port, later than this: in the second, it answers
+    server.io_loop.add_callback(server.io_loop.add_callback, _say_where, server)
 
 
 def _say_where(server: ServerApp) -> None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
+import ipywidgets as widgets
 import pytest
 
 from heartgen.widgets import index
@@ -12,8 +14,15 @@ from heartgen.widgets.index_page import APPS, LESSONS, PICTURES, REPOSITORY
 
 
 def addresses() -> list[str]:
-    page = next(w.value for w in index().children[2].children)
-    return re.findall(r'href="([^"]+)"', page)
+    return [address for page in pages(index()) for address in re.findall(r'href="([^"]+)"', page)]
+
+
+def pages(widget: widgets.Widget) -> Iterator[str]:
+    """HTML of what is below the page's header, from top to bottom."""
+    if "hg-index" in getattr(widget, "_dom_classes", ()):
+        yield widget.value
+    for child in getattr(widget, "children", ()):
+        yield from pages(child)
 
 
 def test_every_notebook_has_an_entry(repository: Path) -> None:
