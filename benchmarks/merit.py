@@ -3,8 +3,8 @@
 usage: python -m benchmarks.merit RESULTS [--output docs/figures-of-merit.md]
 
 RESULTS is a folder with one file of rows for each set of `SETS`: NAME.jsonl. Each section names its
-data, its elements and level, and the command that made the rows. A set whose file is missing stops
-it, for a page that leaves one out would not be like beside like.
+data, its elements and level, and the command that made the rows. A set whose file is missing has
+no section, and is named where the command runs.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Set:
     title : str
         What they are.
     data : str
-        Where they are from, and how many.
+        Where they are from; {cases} and {patients} are counted in the rows.
     command : str
         What makes the rows, but for paths.
     tables : callable
@@ -61,7 +61,7 @@ def fitted(rows: Sequence[Row]) -> list[str]:
     """Accuracy, quality, fairness, success and time by level, of rows of `benchmarks.hearts`."""
     done = [r for r in rows if "error" in r]
     levels = sorted({r["lod"] for r in rows})
-    heads = ["", *(f"level {k}" for k in levels)]
+    heads = ["median (worst)", *(f"level {k}" for k in levels)]
     at = [[r for r in done if r["lod"] == k] for k in levels]
     whole = [sum(r["lod"] == k for r in rows) for k in levels]
 
@@ -78,21 +78,25 @@ def fitted(rows: Sequence[Row]) -> list[str]:
     def share(key: str) -> list[str]:
         return [f"{sum(bool(r[key]) for r in p)} of {n}" for p, n in zip(at, whole, strict=True)]
 
+    def where_known(name: str, key: str, digits: int) -> list[list[str]]:
+        known = all(r[key] is not None for r in done)
+        return [line(name, spread(key, max, digits))] if known else []
+
     seconds = [[sum(r.get(f"seconds {s}", 0.0) for s in STEPS) for r in part] for part in at]
     body = [
-        line("error, mask to mesh, mm: median (worst)", spread("error", max, 3)),
+        line("error, mask to mesh, mm", spread("error", max, 3)),
         line("error, mesh to mask, mm", spread("reverse", max, 3)),
         line("Dice coefficient", spread("dice", min, 3)),
         line("quality Q", spread("quality", min, 3)),
         line("scaled Jacobian", spread("scaled", min, 3)),
         line("wriggle, longitudinal, degrees", spread("along", max, 0)),
         line("wriggle, circumferential, degrees", spread("around", max, 0)),
-        line("normals off the mask's, degrees", spread("normals", max, 1)),
+        *where_known("normals off the mask's, degrees", "normals", 1),
         ["proven valid", *share("valid")],
         ["success by our rule", *share("success")],
         ["success by the paper's rule", *share("paper_success")],
         [
-            "time, s: median (95 %)",
+            "time, s (95 % below)",
             *(f"{np.median(s):.1f} ({np.percentile(s, 95):.1f})" for s in seconds),
         ],
     ]
@@ -133,56 +137,57 @@ def spoiled(rows: Sequence[Row]) -> list[str]:
         body.append(
             [name, len(mine), *(sum(r["outcome"] == outcome for r in mine) for outcome in OUTCOMES)]
         )
-    return [table(["mutation", "maps", *OUTCOMES], body)]
+    return [table(["mutation", "fits", *OUTCOMES], body)]
 
 
 ATLAS = "statistical shape model of the Cardiac Atlas Project, end diastole and end systole"
 ACDC = "ACDC (Bernard et al. 2018), end diastole and end systole"
+LABELS = f"{{cases}} label maps of {{patients}} patients of {ACDC}"
 
 SETS = {
     "lv": Set(
         "Left ventricle, dense masks",
-        f"120 masks, 1 mm, from the {ATLAS}; 1×12×6 elements.",
+        f"{{cases}} masks, 1 mm, from the {ATLAS}; 1×12×6 elements.",
         "hearts FOLDER --elements 1x12x6 --levels 1,3,5",
         fitted,
     ),
     "biv": Set(
         "Both ventricles, dense masks",
-        "37 masks, 0.3 to 1 mm: patients and reference hearts of biv-me, Cobiveco, LDRB and a "
+        "{cases} masks, 0.3 to 1 mm: patients and reference hearts of biv-me, Cobiveco, LDRB and a "
         "repaired tetralogy of Fallot, one heart in 25 phases, a rabbit; 2×12×8 elements.",
         "hearts FOLDERS --elements 2x12x8 --levels 3",
         fitted,
     ),
     "stacks-lv": Set(
         "Left ventricle, short-axis stacks",
-        f"40 binary stacks of 20 patients of {ACDC}; 1×12×6 elements.",
+        f"{{cases}} binary stacks of {{patients}} patients of {ACDC}; 1×12×6 elements.",
         "stacks fit FOLDER --elements 1x12x6 --lod 1",
         fitted,
     ),
     "stacks-biv": Set(
         "Both ventricles, short-axis stacks",
-        f"40 binary stacks of 20 patients of {ACDC}, the right wall drawn 3 mm thick; "
-        "2×9×8 elements.",
+        f"{{cases}} binary stacks of {{patients}} patients of {ACDC}, the right wall drawn 3 mm "
+        "thick; 2×9×8 elements.",
         "stacks fit FOLDER --elements 2x9x8 --lod 2",
         fitted,
     ),
     "labels-biv": Set(
         "Both ventricles, label maps of stacks",
-        f"120 label maps of 60 patients of {ACDC}, as they are; 2×9×8 elements, level 2.",
+        f"{LABELS}, as they are; 2×9×8 elements, level 2.",
         "labels FOLDER --elements 2x9x8 --lod 2",
         labeled,
     ),
     "labels-lv": Set(
         "Left ventricle, label maps of stacks",
-        "The same maps; 1×12×6 elements, level 1.",
+        f"{LABELS}, as they are; 1×12×6 elements, level 1.",
         "labels FOLDER --ventricles lv --elements 1x12x6 --lod 1",
         labeled,
     ),
     "mutations": Set(
         "Label maps, spoiled",
-        "The same maps, every fourth, spoiled as scanners and observers spoil them; as a left "
+        f"{LABELS}, each spoiled as scanners and observers spoil them, and meshed as a left "
         "ventricle (1×12×6, level 1) and as both (2×9×8, level 2).",
-        "mutations FOLDER --every 4",
+        "mutations FOLDER --every 12",
         spoiled,
     ),
 }
@@ -195,10 +200,16 @@ def page(folder: Path) -> str:
     for name, given in SETS.items():
         file = folder / f"{name}.jsonl"
         if not file.is_file():
-            sys.exit(f"{file} is missing: make it by python -m benchmarks.{given.command}")
+            print(f"left out: {file} (python -m benchmarks.{given.command})", file=sys.stderr)
+            continue
         rows = [json.loads(line) for line in file.read_text().splitlines()]
-        parts += [f"## {given.title}", "", given.data, "", *given.tables(rows), ""]
+        cases = {r["case"] for r in rows}
+        patients = {case.partition("_")[0] for case in cases}
+        data = given.data.format(cases=len(cases), patients=len(patients))
+        parts += [f"## {given.title}", "", data, "", *given.tables(rows), ""]
         parts += [f"`python -m benchmarks.{given.command}`", ""]
+    if len(parts) == 1:
+        sys.exit(f"{folder} has no rows: it should hold one or more of {', '.join(SETS)} as .jsonl")
     return "\n".join(parts)
 
 
