@@ -7,6 +7,8 @@ import shutil
 from importlib import import_module
 from pathlib import Path
 
+from nbclient.output_widget import OutputWidget
+
 import heartgen
 
 HERE = Path(__file__).parent
@@ -43,6 +45,10 @@ nb_execution_mode = "cache"
 nb_execution_timeout = 600
 nb_execution_raise_on_error = True
 nb_merge_streams = True
+
+# nbclient tells the kernel what an Output widget shows, on the very socket on which it waits for
+# the cell to end: it may miss that and wait forever (nbclient, issue 312). No page shows this.
+OutputWidget.sync_state = lambda self: None  # type: ignore[method-assign]
 
 napoleon_google_docstring = False
 napoleon_use_rtype = False

@@ -56,3 +56,15 @@ def test_links_between_notebooks_lead_somewhere(path: Path) -> None:
     linked = re.findall(r"\]\(([^)#]+\.ipynb)\)", text(path, "markdown"))
     assert linked
     assert all((FOLDER / name).is_file() for name in linked)
+
+
+@pytest.mark.parametrize(("folder", "wider"), [("notebooks", 1), ("", 1), ("apps", 0)])
+def test_voila_gives_lessons_margins_and_leaves_apps_alone(folder: str, wider: int) -> None:
+    config = pytest.importorskip("traitlets.config").Config()
+    exec(
+        compile((FOLDER / "voila.py").read_text("utf-8"), "voila.py", "exec"),
+        {"get_config": lambda: config},
+    )
+    page = pytest.importorskip("nbformat").v4.new_notebook()
+    config.VoilaConfiguration.prelaunch_hook(None, notebook=page, cwd=folder)
+    assert ["max-width" in cell.source for cell in page.cells] == [True] * wider
