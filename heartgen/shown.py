@@ -41,7 +41,7 @@ def as_html(text: str) -> str:
     text : str
         Plain, in lines.
     """
-    return f'<pre style="margin:0">{escape(text)}</pre>'
+    return f'<pre style="margin:0;font-family:monospace">{escape(text)}</pre>'
 
 
 def counted(number: int, what: str) -> str:
