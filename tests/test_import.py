@@ -19,7 +19,7 @@ HEAVY = {
     "pyvista",
     "scipy",
     "skimage",
-    "trame",
+    "trame_vtk",
 }
 
 

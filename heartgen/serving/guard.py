@@ -2,22 +2,11 @@
 
 from __future__ import annotations
 
-import re
 import sys
-from typing import Any
 
-import psutil
 from jupyter_server.auth import Authorizer, User
 from jupyter_server.base.handlers import JupyterHandler
 from jupyter_server.serverapp import ServerApp
-from jupyter_server.utils import url_path_join
-from jupyter_server_proxy.handlers import LocalProxyHandler
-
-LOCAL = ("localhost", "127.0.0.1")
-"""Where kernels have their ports."""
-
-PORT = re.compile(r"/proxy/(\d+)(?:/|$)")
-"""Of a request to the proxy."""
 
 
 class OnlyThePage(Authorizer):
@@ -53,13 +42,7 @@ def _jupyter_server_extension_points() -> list[dict[str, str]]:
 
 
 def _load_jupyter_server_extension(server: ServerApp) -> None:
-    """Add the proxy to 3-D views: one route, instead of all that jupyter-server-proxy would add.
-
-    That extension would also pass on to other hosts, and asks nobody about ports of this machine.
-    """
-    route = url_path_join(server.base_url, r"/proxy/(\d+)(/.*|)")
-    handlers = [(route, LocalProxyHandler, {"host_allowlist": is_a_view})]
-    server.web_app.add_handlers(".*", handlers)  # type: ignore[no-untyped-call]
+    """Have the address told once the server answers."""
     # the first turn of the loop binds the port, later than this: in the second, it answers
     server.io_loop.add_callback(server.io_loop.add_callback, _say_where, server)
 
@@ -71,27 +54,3 @@ def _say_where(server: ServerApp) -> None:
     called = "dashboard" if "dashboard" in server.default_url else "apps"
     address = f"http://{server.ip}:{server.port}{server.base_url}{query}"
     print(f"heartgen {called}: {address}   (Ctrl-C ends it)", file=sys.stderr, flush=True)
-
-
-def is_a_view(handler: Any, host: str) -> bool:
-    """Whether the proxy may pass a request on: to the 3-D view of a kernel, to nothing else here.
-
-    Parameters
-    ----------
-    handler : tornado.web.RequestHandler
-        Of the request.
-    host : str
-        Where it is to go.
-
-    Returns
-    -------
-    bool
-    """
-    asked = PORT.search(handler.request.path)
-    if host not in LOCAL or asked is None:
-        return False
-    return any(
-        connection.status == psutil.CONN_LISTEN and connection.laddr.port == int(asked[1])
-        for kernel in psutil.Process().children(recursive=True)
-        for connection in kernel.net_connections(kind="tcp")
-    )

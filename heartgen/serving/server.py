@@ -42,10 +42,10 @@ WIDGET_MESSAGES = [
 ]
 """What a browser may tell a kernel: moves of widgets, but no code."""
 
-NEEDED = ("jupyter_server", "voila", "jupyter_server_proxy", "ipywidgets", "anywidget", "pyvista")
+NEEDED = ("jupyter_server", "voila", "ipywidgets", "anywidget", "pyvista")
 
 GUARD = "heartgen.serving.guard"
-"""Module that says what may be asked of the server, and proxies 3-D views."""
+"""Module that says what may be asked of the server."""
 
 POLICY = (
     "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob: ws: wss:; frame-ancestors 'self'"
@@ -108,7 +108,7 @@ def serve(place: Address) -> None:
 
     limit_memory()
     with served_folder(place.page) as folder:
-        os.environ.update(environment(place, folder))
+        os.environ.update(environment(folder))
         try:
             ServerApp.launch_instance(argv=arguments(place, folder))
         except SystemExit as ended:
@@ -154,21 +154,17 @@ def notebooks() -> Path:
     raise HeartgenError("the apps are missing from the installation: install heartgen again")
 
 
-def environment(place: Address, folder: Path) -> dict[str, str]:
+def environment(folder: Path) -> dict[str, str]:
     """Variables of the server, which its kernels inherit.
 
     Parameters
     ----------
-    place : Address
-        Where the apps are served.
     folder : Path
         With the server's settings.
     """
     paths = [str(folder / "config"), os.environ.get("JUPYTER_CONFIG_PATH", "")]
     return {
         "JUPYTER_CONFIG_PATH": os.pathsep.join(filter(None, paths)),
-        "PYVISTA_TRAME_SERVER_PROXY_PREFIX": f"{place.base_url}proxy/",
-        "VTK_WASM_DIR_OVERRIDE": str(folder / "config"),  # else trame looks for it on the network
         "TMPDIR": str(folder / "visitors"),  # goes with the server, even if a kernel is killed
         "IPYTHONDIR": str(folder / "ipython"),
         "PYDEVD_DISABLE_FILE_VALIDATION": "1",

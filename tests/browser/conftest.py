@@ -15,7 +15,7 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 pytest.importorskip("voila")
-pytest.importorskip("trame_pyvista")
+pytest.importorskip("trame_vtk")
 
 from benchmarks import chromium
 

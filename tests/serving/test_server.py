@@ -16,9 +16,8 @@ import psutil
 import pytest
 
 pytest.importorskip("voila")
-pytest.importorskip("jupyter_server_proxy")
 
-from heartgen.serving.server import INDEX, Address, arguments, environment, notebooks, served_folder
+from heartgen.serving.server import INDEX, Address, arguments, notebooks, served_folder
 
 PORT = 18_913
 USUAL_PORT = 8888
@@ -106,11 +105,6 @@ def test_browsers_run_no_code(tmp_path):
     allowed = options(Address(), tmp_path)["MappingKernelManager.allowed_message_types"]
     assert "comm_msg" in allowed
     assert "execute_request" not in allowed
-
-
-def test_proxy_of_the_view_follows_the_base_url(tmp_path):
-    made = environment(Address(base_url="/x/"), tmp_path)
-    assert made["PYVISTA_TRAME_SERVER_PROXY_PREFIX"] == "/x/proxy/"
 
 
 def test_only_the_notebook_is_served_and_it_goes_away():
