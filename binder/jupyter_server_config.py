@@ -9,3 +9,6 @@ c.ZMQChannelsWebsocketConnection.iopub_data_rate_limit = 1e9
 # A kernel without a page is ended after ten minutes, and what was uploaded to it removed.
 c.MappingKernelManager.cull_idle_timeout = 600
 c.MappingKernelManager.cull_interval = 60
+
+# The loading screen is heartgen's own.
+c.VoilaConfiguration.template = "heartgen"

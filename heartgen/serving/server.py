@@ -53,6 +53,9 @@ POLICY = (
 """The page loads nothing from elsewhere: no one else learns of a visitor. (Scripts of widgets are
 blobs; Voila's page would ask a network for fonts.)"""
 
+TEMPLATE = "heartgen"
+"""Of Voila's pages, in `voila/templates` beside this module: its loading screen."""
+
 KERNEL = {"HistoryManager": {"enabled": False}, "IPKernelApp": {"log_level": 40}}
 """Kernels keep no history, and tell errors only."""
 
@@ -162,13 +165,18 @@ def environment(folder: Path) -> dict[str, str]:
     folder : Path
         With the server's settings.
     """
-    paths = [str(folder / "config"), os.environ.get("JUPYTER_CONFIG_PATH", "")]
     return {
-        "JUPYTER_CONFIG_PATH": os.pathsep.join(filter(None, paths)),
+        "JUPYTER_CONFIG_PATH": _before("JUPYTER_CONFIG_PATH", folder / "config"),
+        "JUPYTER_PATH": _before("JUPYTER_PATH", Path(__file__).parent),
         "TMPDIR": str(folder / "visitors"),  # goes with the server, even if a kernel is killed
         "IPYTHONDIR": str(folder / "ipython"),
         "PYDEVD_DISABLE_FILE_VALIDATION": "1",
     }
+
+
+def _before(variable: str, path: Path) -> str:
+    """A variable's paths with another that comes first."""
+    return os.pathsep.join(filter(None, [str(path), os.environ.get(variable, "")]))
 
 
 def arguments(place: Address, folder: Path) -> list[str]:
@@ -210,6 +218,7 @@ def arguments(place: Address, folder: Path) -> list[str]:
             "headers": {"Content-Security-Policy": POLICY},
         },
         "ServerApp.log_level": 40,
+        "VoilaConfiguration.template": TEMPLATE,
         "ServerApp.allow_root": True,  # as in containers; the browser cannot run code
         "IdentityProvider.token": token,
         "PasswordIdentityProvider.password_required": False,

@@ -56,6 +56,7 @@ def server(repository: Path, tmp_path_factory: pytest.TempPathFactory):
         **os.environ,
         "JUPYTERHUB_SERVICE_PREFIX": PREFIX,
         "JUPYTER_CONFIG_DIR": str(folder / "config"),
+        "JUPYTER_PATH": str(repository / "heartgen" / "serving"),
         "JUPYTER_RUNTIME_DIR": str(folder / "runtime"),
         "VTK_DEFAULT_OPENGL_WINDOW": "vtkEGLRenderWindow",
     }

@@ -25,8 +25,10 @@ LESSONS = len(list((Path(__file__).parents[2] / "notebooks").glob("[0-9]*.ipynb"
 def test_index_leads_to_an_app_that_shows_a_heart(browser, apps, name):
     page = browser.new_page(viewport={"width": 1440, "height": 900})
     page.set_default_timeout(180_000)
-    page.goto(f"{apps}index.ipynb")
+    page.goto(f"{apps}index.ipynb", wait_until="commit")
+    assert "Starting" in page.locator("#loading").inner_text()
     page.wait_for_selector(".hg-index nav a")
+    assert page.locator("#loading").count() == 0
     assert page.locator(".hg-index img").count() == 3 + LESSONS
     page.locator(f'.hg-index a[href="{name}.ipynb"]').click()
     page.wait_for_selector(SEEN[name], state="attached")
