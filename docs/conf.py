@@ -7,8 +7,6 @@ import shutil
 from importlib import import_module
 from pathlib import Path
 
-from nbclient.output_widget import OutputWidget
-
 import heartgen
 
 HERE = Path(__file__).parent
@@ -37,6 +35,7 @@ html_theme_options = {
     "secondary_sidebar_items": ["page-toc"],
     "show_toc_level": 2,
 }
+html_sidebars = {"*": []}  # only the course, the solvers and the reference have pages of their own
 html_show_sourcelink = False
 
 myst_enable_extensions = ["amsmath", "colon_fence", "dollarmath", "deflist"]
@@ -45,10 +44,6 @@ nb_execution_mode = "cache"
 nb_execution_timeout = 600
 nb_execution_raise_on_error = True
 nb_merge_streams = True
-
-# nbclient tells the kernel what an Output widget shows, on the very socket on which it waits for
-# the cell to end: it may miss that and wait forever (nbclient, issue 312). No page shows this.
-OutputWidget.sync_state = lambda self: None  # type: ignore[method-assign]
 
 napoleon_google_docstring = False
 napoleon_use_rtype = False

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from heartgen.widgets.index_page import index
     from heartgen.widgets.notebook_cells import compare, show_3d, view
     from heartgen.widgets.session import Session
+    from heartgen.widgets.sliders import live
     from heartgen.widgets.states_page import states
     from heartgen.widgets.tradeoff_page import tradeoff
 
@@ -27,6 +28,7 @@ __all__ = [
     "compare",
     "dashboard",
     "index",
+    "live",
     "show_3d",
     "states",
     "tradeoff",
@@ -39,6 +41,7 @@ _HOMES = {
     "compare": "heartgen.widgets.notebook_cells",
     "dashboard": "heartgen.widgets.dashboard_page",
     "index": "heartgen.widgets.index_page",
+    "live": "heartgen.widgets.sliders",
     "states": "heartgen.widgets.states_page",
     "tradeoff": "heartgen.widgets.tradeoff_page",
     "show_3d": "heartgen.widgets.notebook_cells",
