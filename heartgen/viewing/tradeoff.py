@@ -79,7 +79,7 @@ def draw_curves(
         color = COLORS[n % len(COLORS)]
         at = [p.error for p in points], [p.quality for p in points]
         axes.plot(*at, marker=MARKERS[n % len(MARKERS)], color=color, label=name, zorder=2)
-        for p in points:
+        for k, p in enumerate(points):
             bars: Any = {"color": color, "alpha": FAINT, "linewidth": 1.0, "zorder": 1}
             if p.errors is not None:
                 axes.plot(p.errors, (p.quality, p.quality), **bars)
@@ -88,7 +88,8 @@ def draw_curves(
             axes.annotate(
                 p.label,
                 (p.error, p.quality),
-                xytext=(6, 5),
+                xytext=(6, -11) if k % 2 else (-6, 5),  # on either side: neighbors may be close
+                ha="left" if k % 2 else "right",
                 textcoords="offset points",
                 fontsize="small",
                 color=color if several else "black",
