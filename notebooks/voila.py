@@ -11,7 +11,8 @@ MARGINS = """<style>
   #rendered_cells > div { max-width: 62rem; margin: 0 auto; padding: 1rem 1.25rem 4rem; }
   #rendered_cells img { max-width: 100%; height: auto; }
   #rendered_cells .jp-RenderedMarkdown { line-height: 1.6; }
-  #rendered_cells .jp-Cell-outputWrapper { padding: 0.25rem 5px; }
+  #rendered_cells .jp-Cell-outputWrapper { padding: 0.25rem 5px !important; }
+  #rendered_cells pre { word-break: normal; overflow-wrap: anywhere; }
 </style>"""
 
 
