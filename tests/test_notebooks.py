@@ -62,7 +62,7 @@ def test_links_between_notebooks_lead_somewhere(path: Path) -> None:
 def test_voila_gives_lessons_margins_and_leaves_apps_alone(folder: str, wider: int) -> None:
     config = pytest.importorskip("traitlets.config").Config()
     exec(
-        compile((FOLDER / "voila.py").read_text("utf-8"), "voila.py", "exec"),
+        compile((FOLDER.parent / "binder" / "voila.py").read_text("utf-8"), "voila.py", "exec"),
         {"get_config": lambda: config},
     )
     page = pytest.importorskip("nbformat").v4.new_notebook()

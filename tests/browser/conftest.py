@@ -49,7 +49,7 @@ def server(repository: Path, tmp_path_factory: pytest.TempPathFactory):
     """Process and address of a server with exactly the settings of binder/."""
     folder = tmp_path_factory.mktemp("server")
     (folder / "config").mkdir()
-    for name in ("binder/jupyter_server_config.py", "apps/voila.json", "notebooks/voila.py"):
+    for name in ("binder/jupyter_server_config.py", "apps/voila.json", "binder/voila.py"):
         shutil.copy(repository / name, folder / "config")
     port = free_port()
     environment = {

@@ -1,13 +1,11 @@
-"""Voila's configuration for the lessons: pages of text have margins; the apps fill the window.
-
-Voila finds it when it, or Jupyter, is started in this folder; Binder copies it to where it looks.
-"""
+"""Voila's configuration for the lessons: pages of text have margins; the apps fill the window."""
 
 from pathlib import PurePosixPath
 
 from nbformat.v4 import new_markdown_cell
 
 MARGINS = """<style>
+  body[data-voila="voila"] { color-scheme: light; background: white !important; }
   #rendered_cells > div { max-width: 62rem; margin: 0 auto; padding: 1rem 1.25rem 4rem; }
   #rendered_cells img { max-width: 100%; height: auto; }
   #rendered_cells .jp-RenderedMarkdown { line-height: 1.6; }
