@@ -266,7 +266,8 @@ def _oriented(
     The uppermost slice shows the left pool, in a wall that is `closed` (n,), and the right pool if
     there is one.
     """
-    if points_down(walls | pools.any(0), pools):
+    down, clear = points_down(walls | pools.any(0), pools, stack.beside)
+    if down:
         stack, walls, pools = stack.reversed(), walls[::-1], pools[:, ::-1]
         gaps, closed = gaps[::-1], closed[::-1]
     area = pools[0].sum(axis=(1, 2))
@@ -280,7 +281,7 @@ def _oriented(
         return None
     index = np.arange(len(area))
     keep = ((area > 0) | (index < has[0])) & (index <= top)
-    findings = []
+    findings = [] if clear else [_guessed(down)]
     if not keep.all():
         findings.append(
             Finding(
@@ -316,6 +317,17 @@ def _oriented(
     right = blood[1] if len(blood) > 1 else None
     none = np.zeros((len(heart), 2))
     return ShortAxisContours(stack, np.stack(heart), blood[0], right, tuple(findings), none)
+
+
+def _guessed(down: bool) -> Finding:
+    """Say that the apex may be at the other end."""
+    return Finding(
+        "slices",
+        "the slices do not tell at which end the apex is, the heart being as wide at both: it was "
+        f"taken to be at the {'last' if down else 'first'} slice of the image; a label map that "
+        "has the right ventricle's blood pool tells, also if the left ventricle alone is meshed",
+        serious=True,
+    )
 
 
 def _numbers(chosen: NDArray[np.bool_]) -> str:

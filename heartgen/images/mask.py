@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from heartgen.shown import as_html, counted, in_lines
 
-WALL, LEFT_BLOOD, RIGHT_BLOOD = 1, 2, 3
+WALL, LEFT_BLOOD, RIGHT_BLOOD, BESIDE = 1, 2, 3, 4
 """What a voxel of a labeled heart is."""
 
 STACK_RATIO = 2.5
@@ -57,8 +57,8 @@ class Mask:
     findings : tuple of Finding
         What the reader's checks saw; none of them fatal.
     blood : (nx, ny, nz) uint8 or None
-        `LEFT_BLOOD` and `RIGHT_BLOOD` in the blood pools of a label map, else 0; None if the image
-        tells the myocardium alone.
+        `LEFT_BLOOD` and `RIGHT_BLOOD` in the blood pools of a label map, `BESIDE` in a right one
+        whose ventricle is not taken, else 0; None if the image tells the myocardium alone.
     source : mapping of str to value, or None
         Where it was read: ``path``, and what else `heartgen.read_mask` or `heartgen.read_labels`
         was given; None for an array. Masks compare by identity: compare `voxels` and `affine`.

@@ -30,6 +30,8 @@ class Scheme:
         Labels of what the right ventricle opens into: right atrium, pulmonary artery.
     others : tuple of int
         Labels of the scheme that no wall depends on.
+    beside : tuple of int
+        Labels of the right blood pool where the left ventricle alone is taken.
     scars : tuple of int
         Labels within the left ventricle's myocardium, and a part of it: infarct, no-reflow.
     """
@@ -42,6 +44,7 @@ class Scheme:
     rv_openings: tuple[int, ...] = ()
     others: tuple[int, ...] = ()
     scars: tuple[int, ...] = ()
+    beside: tuple[int, ...] = ()
 
     @property
     def lv_wall(self) -> tuple[int, ...]:
@@ -57,7 +60,7 @@ class Scheme:
     def labels(self) -> tuple[int, ...]:
         """All labels of the scheme."""
         walls = self.lv_wall + self.rv_myocardium
-        return walls + self.lv_pool + self.rv_pool + self.rv_openings + self.others
+        return walls + self.lv_pool + self.rv_pool + self.rv_openings + self.others + self.beside
 
 
 Labeling: TypeAlias = str | Scheme | Mapping[str, Label]
@@ -92,7 +95,7 @@ SCHEMES = {
 2021) and EMIDEC (Lalande et al. 2020), of UK Biobank segmentations (Bai et al. 2018), of
 TotalSegmentator's task heartchambers_highres."""
 
-KEPT = Scheme("heartgen", (1,), lv_pool=(2,), rv_pool=(3,), rv_myocardium=(1,))
+KEPT = Scheme("heartgen", (1,), lv_pool=(2,), rv_pool=(3,), rv_myocardium=(1,), beside=(4,))
 """Of masks that heartgen itself writes: both walls are one. It is never guessed."""
 
 KNOWN = f"{', '.join(SCHEMES)}, auto"

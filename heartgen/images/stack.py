@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from heartgen.images.mask import Mask, planes_along
+from heartgen.images.mask import BESIDE, Mask, planes_along
 
 Pixel = TypeVar("Pixel", np.bool_, np.uint8)
 
@@ -28,7 +28,9 @@ class Stack:
     affine : (4, 4) float64
         Pixel indices and height (i, j, mm) to the world, mm, LPS.
     blood : (n, nx, ny) uint8 or None
-        Labeled pools as in a `Mask`; None if there are none.
+        Labeled pools as in a `Mask`, but for a right one that is not taken; None if there are none.
+    beside : (n,) int or None
+        Area of a right pool that is not taken, pixels; None if none is known.
     """
 
     pixels: NDArray[np.bool_]
@@ -36,6 +38,7 @@ class Stack:
     distance: float
     affine: NDArray[np.float64]
     blood: NDArray[np.uint8] | None = None
+    beside: NDArray[np.intp] | None = None
 
     @property
     def spacing(self) -> NDArray[np.float64]:
@@ -78,15 +81,22 @@ class Stack:
         chosen : (n,) bool
             Which slices.
         """
-        blood = None if self.blood is None else self.blood[chosen]
-        return replace(self, pixels=self.pixels[chosen], heights=self.heights[chosen], blood=blood)
+        return replace(
+            self,
+            pixels=self.pixels[chosen],
+            heights=self.heights[chosen],
+            blood=None if self.blood is None else self.blood[chosen],
+            beside=None if self.beside is None else self.beside[chosen],
+        )
 
     def reversed(self) -> Stack:
         """Return the same slices in the opposite order."""
         affine = self.affine.copy()
         affine[:3, 2] *= -1
         blood = None if self.blood is None else self.blood[::-1]
-        return Stack(self.pixels[::-1], -self.heights[::-1], self.distance, affine, blood)
+        beside = None if self.beside is None else self.beside[::-1]
+        pixels, heights = self.pixels[::-1], -self.heights[::-1]
+        return Stack(pixels, heights, self.distance, affine, blood, beside)
 
 
 MARGIN = 6
@@ -130,6 +140,10 @@ def _slices(mask: Mask, axis: int) -> Stack:
     first, second = (a for a in range(3) if a != axis)
     pixels = np.moveaxis(mask.voxels, axis, 0)[planes]
     blood = None if mask.blood is None else np.moveaxis(mask.blood, axis, 0)[planes]
+    beside = None
+    if blood is not None and (blood == BESIDE).any():
+        beside = np.sum(blood == BESIDE, axis=(1, 2))
+        blood = np.where(blood == BESIDE, np.uint8(0), blood)
     shown = pixels.any(0) if blood is None else pixels.any(0) | blood.any(0)
     corners = np.argwhere(shown)
     low, high = corners.min(0), corners.max(0) + 1
@@ -144,6 +158,7 @@ def _slices(mask: Mask, axis: int) -> Stack:
         step * float(mask.spacing[axis]),
         affine,
         None if blood is None else with_border(blood[box], MARGIN),
+        beside,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
@@ -11,7 +12,7 @@ from heartgen.images.checks import check_affine
 from heartgen.images.file_kinds import refuse
 from heartgen.images.fitting import guess_scheme, misfit
 from heartgen.images.labels import describe_present, not_labels
-from heartgen.images.mask import LEFT_BLOOD, RIGHT_BLOOD, WALL, Finding
+from heartgen.images.mask import BESIDE, LEFT_BLOOD, RIGHT_BLOOD, WALL, Finding
 from heartgen.images.rv_wall import Parts, build_rv_wall
 from heartgen.images.schemes import Scheme
 from heartgen.images.volume import Volume
@@ -70,7 +71,7 @@ def ventricular_walls(
     -------
     parts : (nx, ny, nz) uint8 or None
         `WALL` in the myocardium, `LEFT_BLOOD` and `RIGHT_BLOOD` in the pools of the ventricles
-        taken; None if it cannot be told.
+        taken, `BESIDE` in a right pool that is not; None if it cannot be told.
     findings : tuple of Finding
         Why it cannot, or how it was made.
     """
@@ -107,18 +108,20 @@ def ventricular_walls(
     rv_labeled = np.isin(values, scheme.rv_myocardium)
     rv_pool = np.isin(values, scheme.rv_pool)
     if ventricles == "lv" and not scheme.is_one_wall:
-        return _united(lv_wall, lv_pool), findings
+        return _united(lv_wall, {LEFT_BLOOD: lv_pool, BESIDE: rv_pool}), findings
     if not rv_labeled.any() and rv_pool.any():
         parts = Parts(lv_wall, lv_pool, rv_pool, np.isin(values, scheme.rv_openings))
         rv_labeled, said = build_rv_wall(parts, volume.affine, rv_wall)
         findings += said
-    return _united(lv_wall | rv_labeled, lv_pool, rv_pool), findings
+    beside = np.isin(values, scheme.beside)
+    pools = {LEFT_BLOOD: lv_pool, RIGHT_BLOOD: rv_pool, BESIDE: beside}
+    return _united(lv_wall | rv_labeled, pools), findings
 
 
-def _united(wall: NDArray[np.bool_], *pools: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    """Wall, left and right pool in one array."""
+def _united(wall: NDArray[np.bool_], pools: Mapping[int, NDArray[np.bool_]]) -> NDArray[np.uint8]:
+    """Wall, and pools by their codes, in one array."""
     parts = np.zeros(wall.shape, dtype=np.uint8)
-    for code, pool in zip((LEFT_BLOOD, RIGHT_BLOOD), pools, strict=False):
+    for code, pool in pools.items():
         parts[pool] = code
     parts[wall] = WALL
     return parts

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from heartgen.anatomy import Anatomy
 from heartgen.images import Mask
+from heartgen.images.mask import BESIDE
 from heartgen.images.volume import Volume
 from heartgen.viewing.card import SURFACE_NAMES, number
 from heartgen.viewing.fit_lines import FitSection, draw_fit
@@ -246,7 +247,7 @@ def draw_section(
     index = mask.to_index(points.reshape(-1, 3) @ view.frame[:3, :3].T + view.frame[:3, 3])
     shown = mask.voxels.astype(np.uint8)
     if mask.blood is not None:
-        shown = np.where(mask.voxels, 1, mask.blood).astype(np.uint8)
+        shown = np.where(mask.voxels, 1, mask.blood * (mask.blood != BESIDE)).astype(np.uint8)
     voxels = ndi.map_coordinates(shown, index.T, order=0)
     extent = (low[i], high[i], low[j], high[j])
     axes.imshow(

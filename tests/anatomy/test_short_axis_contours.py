@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from heartgen.anatomy.short_axis_contours import ShortAxisContours, find_sections
 from heartgen.errors import AnatomyError
@@ -192,10 +195,44 @@ def test_a_filled_base_is_no_apex() -> None:
     assert "8 of 8" in told
 
 
-def test_a_filled_slice_below_a_wide_aneurysm_is_its_apex() -> None:
-    radii = np.linspace(20, 12, 7)
-    rings = np.stack([disc(LEFT, r + 7) & ~disc(LEFT, r) for r in radii])
-    found = sections(np.concatenate([[disc(LEFT, 24.0)], rings]))
+def rings(radii: NDArray[np.float64], wall: float = 7.0) -> NDArray[np.bool_]:
+    """Slices (n, nx, ny) of a left ventricle of some radii, with a wall, pixels."""
+    return np.stack([disc(LEFT, r + wall) & ~disc(LEFT, r) for r in radii])
+
+
+def test_a_cap_below_a_wide_aneurysm_is_its_apex() -> None:
+    aneurysm = rings(np.linspace(16, 14.5, 7))
+    found = sections(np.concatenate([[disc(LEFT, 18.0)], aneurysm]))
     assert len(found.heart) == 8
     assert not found.left[0].any()
     assert found.left[1].sum() > found.left[-1].sum()
+    assert found.findings == ()
+
+
+@pytest.mark.parametrize("apex_first", [False, True])
+def test_a_right_pool_that_is_not_taken_tells_the_base(apex_first: bool) -> None:
+    tube = stack(rings(np.array([15, 15.5, 16, 16, 15.5, 15, 14.8])))
+    right = np.array([0, 0, 80, 200, 300, 400, 450])
+    upward = 1 if apex_first else -1
+    found = find_sections(replace(tube, beside=right[::upward]))
+    assert found is not None
+    assert found.stack.normal[2] == upward
+    assert found.findings == ()
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_heart_as_wide_at_both_ends_is_told(turned: bool) -> None:
+    tube = rings(np.array([15, 15.5, 16, 16, 15.5, 15, 14.8]))
+    (told,) = sections(tube[::-1] if turned else tube).findings
+    assert told.serious
+    assert f"the {'first' if turned else 'last'} slice" in told.message
+
+
+def test_the_apex_is_where_the_heart_narrows() -> None:
+    radii = np.array([12.0, 14, 16, 17, 16, 14, 11.5])  # of the pool, which is no help
+    heart = np.stack(
+        [disc(LEFT, r + w) & ~disc(LEFT, r) for r, w in zip(radii, range(4, 11), strict=True)]
+    )
+    found = sections(heart[::-1])
+    assert found.heart[0].sum() < found.heart[-1].sum()
+    assert found.findings == ()

@@ -11,6 +11,8 @@ import SimpleITK
 from heartgen import read_labels, read_mask
 from heartgen.errors import InputError, sentence
 from heartgen.images import Scheme
+from heartgen.images.mask import BESIDE
+from heartgen.saved_result import keep_mask
 
 PARTS = ("rv_pool", "lv_myocardium", "lv_pool")
 NUMBERS = {
@@ -92,6 +94,14 @@ def test_labels_farther_from_whole_numbers_are_none(image, save):
     path = save(labels * np.float32(1.01), affine, "gray.nii.gz")
     with pytest.raises(InputError, match="not a mask"):
         read_labels(path, "acdc")
+
+
+def test_a_mask_that_is_kept_knows_the_pool_beside_it(acdc, tmp_path):
+    alone = read_labels(acdc, "acdc", ventricles="lv")
+    assert (alone.blood == BESIDE).any()
+    kept = read_labels(keep_mask(alone, tmp_path), "heartgen")
+    np.testing.assert_array_equal(kept.voxels, alone.voxels)
+    np.testing.assert_array_equal(kept.blood, alone.blood)
 
 
 def test_which_ventricles(image, save, acdc):
