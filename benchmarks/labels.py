@@ -66,7 +66,7 @@ def measure(job: Row) -> list[Row]:
     return [
         row
         | {
-            "outcome": "success" if report.success else "told",
+            "outcome": outcome_of(path, result),
             "why": "; ".join(report.shortcomings),
             "both": result.anatomy.rv is not None,
             "valid": report.quality.valid,
@@ -87,6 +87,23 @@ def measure(job: Row) -> list[Row]:
             **{f"{name} cavity": cavity(walls, labels, code) for name, code in POOLS.items()},
         }
     ]
+
+
+def outcome_of(path: Path, result: heartgen.Result) -> str:
+    """What came of a map, one of `OUTCOMES`: its right ventricle tells where the base is."""
+    if not result.report.success:
+        return "told"
+    image = nibabel.load(path)
+    labels = np.asarray(image.dataobj).round().astype(np.uint8)
+    base = (LPS_FROM_RAS * image.affine)[:3, 2] * (1 if is_upward(labels) else -1)
+    return "success" if base @ result.anatomy.frame[:3, 2] > 0 else "turned over"
+
+
+def is_upward(labels: NDArray[np.uint8]) -> bool:
+    """Whether the base is at the upper end of a map's last axis: the right pool is wider there."""
+    right = (labels == POOLS["right"]).sum(axis=(0, 1))
+    shown = right[right > 0]
+    return bool(shown[:2].sum() < shown[-2:].sum())
 
 
 def slices_of(path: Path, result: heartgen.Result) -> tuple[NDArray[np.bool_], NDArray[np.uint8]]:
@@ -183,8 +200,9 @@ def summary(rows: Sequence[Row]) -> str:
     return "\n".join(lines)
 
 
-OUTCOMES = ("success", "told", "refused", "crashed")
-"""A success by our rule; a mesh that the report says is none; no mesh, and a sentence; neither."""
+OUTCOMES = ("success", "turned over", "told", "refused", "crashed")
+"""A success by our rule; one whose apex lies at the base; a mesh that the report says is none; no
+mesh, and a sentence; neither."""
 
 FIGURES = ("error", "quality", "wriggle", "wall", "contour", "blood", "seconds", "optimization")
 

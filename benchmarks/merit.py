@@ -18,8 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.labels import BOUNDS
-from benchmarks.mutations import OUTCOMES
+from benchmarks.labels import BOUNDS, OUTCOMES
 from benchmarks.rows import Row, table
 from heartgen.options import STEPS
 

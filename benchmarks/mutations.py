@@ -22,22 +22,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 import heartgen
-from benchmarks.labels import POOLS, cavity, draw, slices_of
+from benchmarks.labels import OUTCOMES, POOLS, cavity, draw, is_upward, outcome_of, slices_of
 from benchmarks.rows import Row, resume, table
 from heartgen.errors import HeartgenError
 
 Labels = NDArray[np.uint8]
 
-RIGHT, WALL, LEFT = 1, 2, 3
+WALL, LEFT = 2, 3
 
 SHIFT = 8.0
 """By which one slice is moved, mm."""
 
 ELEMENTS = {"lv": (1, 12, 6), "biv": (2, 9, 8)}
 LEVELS = {"lv": 1, "biv": 2}
-
-OUTCOMES = ("success", "told", "refused", "crashed")
-"""A success by our rule; a mesh that the report says is none; no mesh, and a sentence; neither."""
 
 
 def walled(labels: Labels) -> NDArray[np.intp]:
@@ -94,10 +91,7 @@ def halved(labels: Labels) -> Labels:
 
 def mutations(labels: Labels, pixel: float) -> dict[str, Callable[[Labels], Labels]]:
     """Mutations by name, of a map whose right ventricle tells where the base is."""
-    right = (labels == RIGHT).sum(axis=(0, 1))
-    planes = np.flatnonzero(right)
-    up = right[planes[:2]].sum() < right[planes[-2:]].sum()
-    base, apex = (-1, 0) if up else (0, -1)
+    base, apex = (-1, 0) if is_upward(labels) else (0, -1)
     return {
         "as it is": lambda x: x,
         "without the apical slice": lambda x: without(x, apex),
@@ -139,7 +133,7 @@ def _meshed(job: Row) -> Row:
         name = f"{job['case']} {kind} {job['mutation']}"
         draw(Path(job["sheets"]), name, walls, labels, report.success)
     return {
-        "outcome": "success" if report.success else "told",
+        "outcome": outcome_of(Path(job["path"]), result),
         "why": "; ".join(report.shortcomings),
         "error": report.accuracy.mean,
         "largest": report.accuracy.max,
