@@ -30,10 +30,10 @@ class Scheme:
         Labels of what the right ventricle opens into: right atrium, pulmonary artery.
     others : tuple of int
         Labels of the scheme that no wall depends on.
-    beside : tuple of int
-        Labels of the right blood pool where the left ventricle alone is taken.
     scars : tuple of int
         Labels within the left ventricle's myocardium, and a part of it: infarct, no-reflow.
+    beside : tuple of int
+        Labels of the right blood pool where the left ventricle alone is taken.
     """
 
     name: str
