@@ -48,7 +48,7 @@ def live(function: Callable[..., Any], **controls: widgets.Widget) -> widgets.Wi
     """
     for name, control in controls.items():
         control.description = control.description or name
-        control.layout.width = SLIDER_WIDTH
+        control.layout.width, control.layout.max_width = SLIDER_WIDTH, "100%"
     shown = widgets.HTML()
 
     def draw(_: object = None) -> None:
