@@ -21,7 +21,7 @@ from benchmarks import chromium
 
 PREFIX = "/user/x/"
 SIZE = {"width": 1440, "height": 900}
-STARTING = 180
+STARTING = 60
 
 
 def free_port() -> int:

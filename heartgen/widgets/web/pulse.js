@@ -4,14 +4,10 @@ function render({ model, el }) {
   notice.className = "hg-gone";
   notice.setAttribute("role", "alert");
   notice.hidden = true;
-  const kept = model.get("kept");
-  notice.append(
-    "The session behind this page has ended: it needed too much memory, or was left. ",
-    kept ? "What was done is kept. " : "",
-  );
+  notice.append("The session behind this page has ended: it needed too much memory, or was left. ");
   const again = document.createElement("button");
   again.type = "button";
-  again.textContent = kept ? "Bring it back" : "Begin anew";
+  again.textContent = "Begin anew";
   again.addEventListener("click", () => window.location.reload());
   notice.append(again);
   el.appendChild(notice);
