@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from heartgen.cli.outcome import errors_reported
-from heartgen.cli.parameters import Debug
+from heartgen.cli.parameters import Command, Debug, Group
 from heartgen.cli.service import Data, Database, app, settings_of
 from heartgen.errors import InputError, needing
 
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 __all__ = ["app"]
 
-token = typer.Typer(no_args_is_help=True, help="Who may use the service.")
-db = typer.Typer(no_args_is_help=True, help="The database of the service.")
-library = typer.Typer(no_args_is_help=True, help="The library as an archive.")
+token = typer.Typer(cls=Group, no_args_is_help=True, help="Who may use the service.")
+db = typer.Typer(cls=Group, no_args_is_help=True, help="The database of the service.")
+library = typer.Typer(cls=Group, no_args_is_help=True, help="The library as an archive.")
 app.add_typer(token, name="token")
 app.add_typer(db, name="db")
 app.add_typer(library, name="library")
@@ -41,7 +41,7 @@ def _opened(data: Path | None, database: str | None) -> Iterator[Service]:
         service.database.close()
 
 
-@token.command()
+@token.command(cls=Command)
 def create(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Of whoever gets it.")],
     scope: Annotated[
@@ -61,7 +61,7 @@ def create(
         typer.echo(service.tokens.create(name, scope or ["jobs", "library"]))
 
 
-@token.command("list")
+@token.command("list", cls=Command)
 def list_(data: Data = None, database: Database = None, debug: Debug = False) -> None:
     """List all tokens: identifier, scopes, name."""
     with errors_reported(debug), _opened(data, database) as service:
@@ -71,7 +71,7 @@ def list_(data: Data = None, database: Database = None, debug: Debug = False) ->
             typer.echo(f"{each.id}  {day}  {','.join(each.scopes)}  {each.name}{revoked}")
 
 
-@token.command()
+@token.command(cls=Command)
 def revoke(
     identifier: Annotated[str, typer.Argument(metavar="ID", help="As the list tells it.")],
     data: Data = None,
@@ -83,7 +83,7 @@ def revoke(
         service.tokens.revoke(identifier)
 
 
-@db.command()
+@db.command(cls=Command)
 def upgrade(data: Data = None, database: Database = None, debug: Debug = False) -> None:
     """Bring the database up to date; what is in it stays. Serving does it, too."""
     with errors_reported(debug):
@@ -93,7 +93,7 @@ def upgrade(data: Data = None, database: Database = None, debug: Debug = False) 
         bring_up(settings.database_url)
 
 
-@library.command("export")
+@library.command("export", cls=Command)
 def export_(
     out: Annotated[Path, typer.Argument(metavar="OUT", help="A .zip file.")],
     data: Data = None,
@@ -108,7 +108,7 @@ def export_(
         typer.echo(f"{number} models: {out}")
 
 
-@library.command("import")
+@library.command("import", cls=Command)
 def import_(
     archive: Annotated[Path, typer.Argument(metavar="IN", help="As export writes it.")],
     data: Data = None,

@@ -15,7 +15,21 @@ EPILOG = f"Words and their units: {GLOSSARY}"
 """Last line of the help."""
 
 
-class TakesFormerFlags(TyperGroup):
+class Group(TyperGroup):
+    """Commands under one name, whose help shows flags without a type."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """The group's own parameters.
+
+        Parameters
+        ----------
+        ctx : typer.Context
+            Of the command.
+        """
+        return _without_types(super().get_params(ctx))
+
+
+class TakesFormerFlags(Group):
     """Commands that take flags under their former names, too."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -29,16 +43,6 @@ class TakesFormerFlags(TyperGroup):
             The command line.
         """
         return super().parse_args(ctx, new_flags(args))
-
-    def get_params(self, ctx: Any) -> list[Any]:
-        """The group's own parameters.
-
-        Parameters
-        ----------
-        ctx : typer.Context
-            Of the command.
-        """
-        return _without_types(super().get_params(ctx))
 
 
 class Command(TyperCommand):

@@ -10,7 +10,7 @@ import typer
 from heartgen.cli.cohort import Scheduler, app
 from heartgen.cli.option_flags import Choices, takes_options
 from heartgen.cli.outcome import check_folder, errors_reported
-from heartgen.cli.parameters import EPILOG, Debug, Frame, Label, Labels, RvWall
+from heartgen.cli.parameters import EPILOG, Command, Debug, Frame, Label, Labels, RvWall
 from heartgen.errors import needing
 from heartgen.options import options_from_text
 
@@ -31,7 +31,8 @@ Database = Annotated[
     typer.Option(
         metavar="URL",
         show_default=False,
-        help="postgresql://USER:PASSWORD@HOST/NAME; an SQLite file in the folder if not given.",
+        help="Address of PostgreSQL, as docs/service.md shows; an SQLite file in the folder "
+        "if not given.",
     ),
 ]
 Url = Annotated[str, typer.Option(metavar="URL", envvar="HEARTGEN_URL", help="Of the service.")]
@@ -70,7 +71,7 @@ def settings_of(**given: Any) -> Any:
         ) from None
 
 
-@app.command(epilog=SERVING)
+@app.command(cls=Command, epilog=SERVING)
 def serve(
     data: Data = None,
     database: Database = None,
@@ -115,7 +116,7 @@ def serve(
         typer.Option(
             metavar="URL",
             show_default=False,
-            help="Send result mails by smtp://USER:PASSWORD@HOST:587, or smtps://.",
+            help="Mail server that sends word of results, as docs/service.md shows.",
         ),
     ] = None,
     debug: Debug = False,
@@ -138,7 +139,7 @@ def serve(
         run(settings)
 
 
-@app.command(epilog=EPILOG)
+@app.command(cls=Command, epilog=EPILOG)
 @takes_options()
 def submit(
     mask: Annotated[

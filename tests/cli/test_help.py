@@ -11,7 +11,7 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 import heartgen
-from heartgen.cli.cohort import app
+from heartgen.cli.operating import app
 from heartgen.images.schemes import SCHEMES
 
 
@@ -43,10 +43,18 @@ def test_help_names_the_commands_and_loads_nothing_heavy():
     assert not loaded & {"SimpleITK", "matplotlib", "numba", "numpy", "pyvista", "scipy", "skimage"}
 
 
+def commands(group, *names):
+    """Words of every command, also of those under another."""
+    for name, command in group.commands.items():
+        yield (*names, name)
+        if hasattr(command, "commands"):
+            yield from commands(command, *names, name)
+
+
 @pytest.mark.parametrize("width", [80, 100])
-@pytest.mark.parametrize("command", get_command(app).commands)
-def test_help_cuts_nothing_off_and_shows_no_type_of_a_flag(command, width):
-    told = CliRunner().invoke(app, [command, "--help"], env={"COLUMNS": str(width)}).stdout
+@pytest.mark.parametrize("words", list(commands(get_command(app))), ids=" ".join)
+def test_help_cuts_nothing_off_and_shows_no_type_of_a_flag(words, width):
+    told = CliRunner().invoke(app, [*words, "--help"], env={"COLUMNS": str(width)}).stdout
     assert max(map(len, told.splitlines())) <= width
     assert "--help" in told
     assert "…" not in told

@@ -194,9 +194,11 @@ class Tools {
       mesh: new Float32Array(bytes(state.mesh)), edges: new Float32Array(bytes(state.edges)),
     }));
     if (!this.playing || states.length < 2) return;
-    const began = performance.now(), last = states.length - 1;
+    const last = states.length - 1;
+    let began;  // of the first picture: its time may lie before that of the event that asked for it
     const step = (now) => {
       if (!this.playing || !this.heart.scene) return;
+      began ??= now;
       const around = ((now - began) / BEAT) % (2 * last);
       const time = around > last ? 2 * last - around : around;  // there and back
       const k = Math.min(Math.floor(time), last - 1), share = time - k;
