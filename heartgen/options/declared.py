@@ -31,6 +31,9 @@ from heartgen.options.values import (
 )
 from heartgen.renamed import takes_former_options
 
+TOO_MANY = f"are not three positive numbers up to {MOST_ELEMENTS}"
+OUT_OF_BALANCE = f"is not a number from {QUALITY_LIMITS[0]:g} to {QUALITY_LIMITS[1]:g}"
+
 
 @takes_former_options
 @refuses_in_sentences
@@ -74,7 +77,7 @@ class Options:
             "Numbers of elements: radial, circumferential, longitudinal.",
             step="template",
             level="basic",
-            wrong=f"are not three positive numbers up to {MOST_ELEMENTS}",
+            wrong=TOO_MANY,
             remedy="give radial, circumferential and longitudinal, for example 1x12x6",
             unset="1x12x6 for a left ventricle, 2x12x8 for both",
             example=(1, 12, 6),
@@ -119,7 +122,7 @@ class Options:
             "the level of detail.",
             step="optimization",
             level="basic",
-            wrong=f"is not a number from {QUALITY_LIMITS[0]:g} to {QUALITY_LIMITS[1]:g}",
+            wrong=OUT_OF_BALANCE,
             remedy="choose one, where 1 is the default",
             when="with the optimization",
             needs=Needs("optimize", True),
