@@ -6,9 +6,9 @@ c = get_config()  # noqa: F821
 c.ServerApp.tornado_settings = {"websocket_max_message_size": 64 * 1024 * 1024}
 c.ZMQChannelsWebsocketConnection.iopub_data_rate_limit = 1e9
 
-# A kernel without a page is ended after ten minutes, and what was uploaded to it removed.
-c.MappingKernelManager.cull_idle_timeout = 600
-c.MappingKernelManager.cull_interval = 60
+# A kernel without a page is ended after two minutes: another one finds the session where it was.
+c.MappingKernelManager.cull_idle_timeout = 120
+c.MappingKernelManager.cull_interval = 30
 
 # The loading screen is heartgen's own.
 c.VoilaConfiguration.template = "heartgen"

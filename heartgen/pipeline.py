@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -147,13 +147,45 @@ def personalize_levels(
     >>> [result.options.lod for result in results]
     [1, 2]
     """
+    whole, wanted = chosen(options, choices), _levels(levels)
+    images = accept_all(mask, affine=affine, spacing=spacing)
+    return tuple(levels_in_turn(images, wanted, whole, progress, anatomy))
+
+
+def levels_in_turn(
+    images: Sequence[Mask],
+    levels: tuple[int, ...],
+    options: Options,
+    progress: Progress,
+    anatomy: Anatomy | None = None,
+) -> Iterator[Personalization]:
+    """The results of `personalize_levels`, each as soon as it is there.
+
+    Parameters
+    ----------
+    images : sequence of Mask
+        The mask, and further views of the same heart.
+    levels : tuple of int
+        Levels of detail.
+    options : Options
+        All but the level of detail.
+    progress : callable
+        As for `personalize`.
+    anatomy : Anatomy, optional
+        As for `personalize`.
+
+    Yields
+    ------
+    Personalization
+        For each level, in the order in which they are given.
+    """
     # Many small systems: one thread of the linear algebra library is fastest, and its sums do not
     # depend on the number of cores.
-    with threadpool_limits(1, "blas"):
-        whole, wanted = chosen(options, choices), _levels(levels)
-        images = accept_all(mask, affine=affine, spacing=spacing)
-        with recalling(finding.message for image in images for finding in image.findings):
-            return _personalize(images[0], images[1:], wanted, whole, progress, anatomy)
+    with (
+        threadpool_limits(1, "blas"),
+        recalling(finding.message for image in images for finding in image.findings),
+    ):
+        yield from _personalize(images[0], images[1:], levels, options, progress, anatomy)
 
 
 def _levels(levels: Any) -> tuple[int, ...]:
@@ -171,7 +203,7 @@ def _personalize(
     options: Options,
     progress: Progress,
     anatomy: Anatomy | None,
-) -> tuple[Personalization, ...]:
+) -> Iterator[Personalization]:
     """The pipeline."""
     each = [replace(options, lod=lod) for lod in levels]
     clock = Clock(progress)
@@ -194,7 +226,8 @@ def _personalize(
             Steering(progress=done),
         )
     start = _Start(mask, anatomy, ellipsoid, template, deformations)
-    return tuple(_finish(start, o, Clock(progress, clock.seconds)) for o in each)
+    for chosen_level in each:
+        yield _finish(start, chosen_level, Clock(progress, clock.seconds))
 
 
 @dataclass(frozen=True, eq=False)

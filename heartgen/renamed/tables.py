@@ -187,7 +187,7 @@ MOVED: Mapping[str, Mapping[str, str]] = {
         **dict.fromkeys(("can_render", "require_graphics"), "heartgen.viewing.windows"),
     },
     "heartgen.widgets.session": dict.fromkeys(
-        ("post_on_loop", "siblings"), "heartgen.widgets.runs"
+        ("ALL_LEVELS", "post_on_loop", "siblings"), "heartgen.widgets.runs"
     ),
 }
 """Where names are now that are the same and have left their modules, by the modules' new names."""

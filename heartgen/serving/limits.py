@@ -7,10 +7,11 @@ from contextlib import suppress
 MEMORY_SHARE = 0.5
 """Of the machine's memory that one process may take."""
 
-IDLE_SECONDS = 600
-"""Time after which a kernel without a page is ended, and what was uploaded to it removed."""
+IDLE_SECONDS = 120
+"""Time after which a kernel without a page is ended: whoever comes back gets another one, which
+finds the session where it was."""
 
-CULL_SECONDS = 60
+CULL_SECONDS = 30
 """Time between two looks for such kernels."""
 
 MESSAGE_BYTES = 64 * 1024 * 1024

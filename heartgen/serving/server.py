@@ -168,6 +168,7 @@ def environment(folder: Path) -> dict[str, str]:
     return {
         "JUPYTER_CONFIG_PATH": _before("JUPYTER_CONFIG_PATH", folder / "config"),
         "JUPYTER_PATH": _before("JUPYTER_PATH", Path(__file__).parent),
+        "HEARTGEN_SESSIONS": str(folder / "sessions"),
         "TMPDIR": str(folder / "visitors"),  # goes with the server, even if a kernel is killed
         "IPYTHONDIR": str(folder / "ipython"),
         "PYDEVD_DISABLE_FILE_VALIDATION": "1",

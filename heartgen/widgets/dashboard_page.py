@@ -9,13 +9,18 @@ from typing import Any
 import ipywidgets as widgets
 
 from heartgen.errors import InputError
+from heartgen.widgets.coming_back import ComingBack
 from heartgen.widgets.frame import framed, two_sided
 from heartgen.widgets.help import SHORTCUTS, TOUR, Help
 from heartgen.widgets.hints import marked
 from heartgen.widgets.input_case import sample_choices
+from heartgen.widgets.keeping.session import Keeping
+from heartgen.widgets.keeping.store import begun
+from heartgen.widgets.other_levels import OtherLevels
 from heartgen.widgets.panels.assess import AssessPanel
 from heartgen.widgets.panels.export import ExportPanel
 from heartgen.widgets.panels.fit_options import OptionsPanel
+from heartgen.widgets.panels.keeping import KeepPanel
 from heartgen.widgets.panels.running import RunPanel
 from heartgen.widgets.panels.service import ServicePanel
 from heartgen.widgets.panels.slices import SlicesPanel
@@ -67,13 +72,19 @@ class Page:
     """
 
     def __init__(self, first: str | None = None) -> None:
-        self.session = Session(post_on_loop())
+        self.session = Session(post_on_loop(), Keeping(begun()))
         atexit.register(self.session.close)
         session = self.session
-        self.source = SourcePanel(session, first)
+        self.back = ComingBack(session, first)
+        self.others = OtherLevels(session)
+        atexit.register(self.others.close)
+        self.source = SourcePanel(session)
+        self.source.opened = self.back.open_file
+        self.back.followed.append(self.source.recall)
         self.options = OptionsPanel(session)
         self.running = RunPanel(session)
         self.service = ServicePanel(session)
+        self.keep = KeepPanel(session, self.back)
         atexit.register(self.service.remote.close)
         self.panels: dict[str, Any] = {
             "input": SlicesPanel(session),
@@ -90,7 +101,10 @@ class Page:
                 ("export", "6 Export", "Download the mesh"),
             )
         }
-        side = [self.source.widget, self.options.widget, self.running.widget, self.service.widget]
+        side = [
+            *(self.source.widget, self.options.widget, self.running.widget),
+            *(self.keep.widget, self.service.widget),
+        ]
         for key, panel in self.panels.items():
             title = self.tabs[key].description
             marked(self.tabs[key], role="tab", aria_controls=f"hg-panel-{key}")
@@ -101,7 +115,8 @@ class Page:
             *(panel.widget for panel in self.panels.values()),
         ]
         guide = Help(TOUR, SHORTCUTS)
-        self.widget = framed([two_sided(side, middle)], ABOUT, guide=guide)
+        parts = [two_sided(side, middle), self.back.keeper]
+        self.widget = framed(parts, ABOUT, guide=guide, kept=self.back.store.lasting)
         session.observe(self._mark, "states")
         session.observe(self._start_view, ["anatomy"])
         session.observe(self._follow, ["shown"])

@@ -20,7 +20,7 @@ INDEX = "index.ipynb"
 
 FOOTER = (
     f"Research use, not for diagnosis · heartgen {__version__} · method of Lamata et al. (2014) · "
-    "what you upload stays in your own session and is removed when it ends · "
+    "what you upload stays in your own session and is removed with it · "
     f'<a href="{GLOSSARY}" target="_blank" rel="noopener">words and units</a>'
 )
 
@@ -32,6 +32,7 @@ def framed(
     *,
     linked: bool = True,
     guide: Help | None = None,
+    kept: bool = False,
 ) -> widgets.Widget:
     """Put the parts of an app under a header and above a footer.
 
@@ -47,6 +48,8 @@ def framed(
         Whether a link leads to all apps, where they are served.
     guide : Help, optional
         Of the app; otherwise one without a tour.
+    kept : bool
+        Whether what was done is found again when the page is opened anew.
     """
     link = f'<a href="{INDEX}">All apps</a>' if linked and Path(INDEX).is_file() else ""
     header = f"<h1>{html.escape(title)}</h1><p>{html.escape(about)}</p>{link}"
@@ -59,7 +62,7 @@ def framed(
                     role="banner",
                 ),
                 *parts,
-                Pulse(),
+                Pulse(kept=kept),
                 hints(),
                 marked(text(FOOTER, "hg-footer"), role="contentinfo"),
             ]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -40,12 +40,15 @@ class InputCase:
         Of the file, or of the voxels and the affine of a sample.
     description : str
         One sentence, of samples.
+    origin : dict of str to str
+        Name of the ``sample``; or ``file``, ``scheme`` and ``frame`` as of `load_file`.
     """
 
     mask: Mask
     code: str
     sha256: str
     description: str = ""
+    origin: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -158,7 +161,7 @@ def load_sample(name: str) -> InputCase:
     sample = samples.load(name)
     digest = hashlib.sha256(sample.mask.voxels.tobytes() + sample.mask.affine.tobytes())
     code = f"heartgen.samples.load({name!r}).mask"
-    return InputCase(sample.mask, code, digest.hexdigest(), sample.description)
+    return InputCase(sample.mask, code, digest.hexdigest(), sample.description, {"sample": name})
 
 
 @worded_for("page")
@@ -201,7 +204,15 @@ def load_file(path: Path, scheme: str = BINARY, frame: str = "") -> InputCase:
         labeling = scheme_from_text(scheme)
         mask = read_labels(path, labeling, frame=chosen)
         code = f"heartgen.read_labels({path.name!r}, {labeling!r}{told})"
-    return InputCase(mask, code, _digest(path))
+    origin = {"file": str(path), "scheme": scheme, "frame": frame}
+    return InputCase(_nowhere(mask), code, _digest(path), origin=origin)
+
+
+def _nowhere(mask: Mask) -> Mask:
+    """A mask whose source is the name of its file: where uploads lie here is nobody's business."""
+    if mask.source is None:
+        return mask
+    return replace(mask, source={**mask.source, "path": Path(mask.source["path"]).name})
 
 
 def _is_label_map(path: Path, frame: str | None) -> bool:

@@ -151,9 +151,11 @@ class Remote(WorkState):
         """Put a result in the list of runs, and show it."""
         case, result = made
         session, options = self.session, result.options
-        run = Run(case, options, number=len(session.runs) + 1, levels=(options.lod,), phase="done")
+        run = Run(case, options, number=session.next_number(), levels=(options.lod,), phase="done")
         run.seconds = sum(result.report.seconds.values())
-        run.outcomes = (Outcome(run.number, case, result),)
+        run.outcomes = (Outcome(run.number, case, result, run),)
+        if session.keeping is not None:
+            session.keeping.keep_results(run, (result,))
         session.outcomes = [*session.outcomes, *run.outcomes]
         session.shown = None  # so that the page turns to it
         session.show(run.outcomes[0])

@@ -6,7 +6,7 @@ import asyncio
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from traitlets import Any as AnyTrait
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 INTERVAL = 0.2
 """Least seconds between two reports of progress, so that the page can keep up."""
+
+ALL_LEVELS = (1, 2, 3, 4, 5)
+"""Levels of detail that there are."""
 
 Post = Callable[[Callable[[], None]], Any]
 """Has something done where the state may be changed: on the kernel's loop."""
@@ -47,11 +50,14 @@ class Outcome:
         The input.
     result : Personalization
         What the pipeline gave.
+    source : Run, optional
+        The run.
     """
 
     run: int
     case: InputCase
     result: Personalization
+    source: Run | None = None
 
     @property
     def lod(self) -> int:
@@ -61,7 +67,8 @@ class Outcome:
     @property
     def title(self) -> str:
         """Name in lists."""
-        return f"{self.run} · {self.case.name} · LoD {self.lod}"
+        name = self.source.name if self.source is not None else ""
+        return f"{self.run} · {name or self.case.name} · LoD {self.lod}"
 
 
 class Run(HasTraits):
@@ -89,6 +96,12 @@ class Run(HasTraits):
     error : str
         Why it failed, in a sentence.
     outcomes : tuple of Outcome
+    name : str
+        Given by the visitor; empty for that of the input.
+    reused : tuple of str
+        Steps of an earlier run, or of the look at the input, that were not done again.
+    anatomy : Anatomy or None
+        The input's, as the run began with it.
     """
 
     number = Int()
@@ -103,6 +116,9 @@ class Run(HasTraits):
     expected = Dict()
     case = AnyTrait()
     options = AnyTrait()
+    name = Unicode("")
+    reused = Tuple()
+    anatomy = AnyTrait(None, allow_none=True)
 
     def __init__(
         self, case: InputCase, options: Options, make: Make | None = None, **traits: Any
@@ -124,7 +140,7 @@ class Run(HasTraits):
     def title(self) -> str:
         """Name in lists."""
         detail = "all levels" if len(self.levels) > 1 else f"LoD {self.levels[0]}"
-        return f"{self.number} · {self.case.name} · {detail}"
+        return f"{self.number} · {self.name or self.case.name} · {detail}"
 
     def cancel(self) -> None:
         """Stop it; on the page it has stopped at once, the pipeline follows at its next report."""
@@ -154,7 +170,7 @@ class Run(HasTraits):
             said = sentence(error)
             post(lambda: self._fail(said))
         else:
-            outcomes = tuple(Outcome(self.number, self.case, result) for result in results)
+            outcomes = tuple(Outcome(self.number, self.case, result, self) for result in results)
             post(lambda: self._finish(outcomes))
 
     def raise_if_stopped(self) -> None:
@@ -218,6 +234,7 @@ class Run(HasTraits):
             return
         self.seconds = time.perf_counter() - self._started
         self.left = 0.0
+        self.shares = dict.fromkeys(STEPS, 1.0)  # of what was there already, nothing was told
         self.outcomes = outcomes
         self.phase = "done"
 
@@ -247,6 +264,19 @@ def post_on_loop() -> Post | None:
         return asyncio.get_running_loop().call_soon_threadsafe
     except RuntimeError:
         return None
+
+
+def with_lod(options: Options, lod: int) -> Options:
+    """The same options at another level of detail.
+
+    Parameters
+    ----------
+    options : Options
+        Of a run.
+    lod : int
+        Level of detail.
+    """
+    return replace(options, lod=lod)
 
 
 def siblings(session: Session, outcome: Outcome) -> list[Outcome]:

@@ -1,122 +1,78 @@
 """The state of one visitor's page: input, choices, runs, what is looked at, and every step's state.
 
-Nothing here knows a widget. Long work is done in one thread; what it changes is posted to where
-the state lives.
+Nothing here knows a widget. Long work is done in threads; what it changes is posted to where the
+state lives.
 """
 
 from __future__ import annotations
 
-import shutil
-import tempfile
-import threading
-import traceback
-from collections.abc import Callable
+from collections.abc import Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from traitlets import observe
+from traitlets import Bunch, observe
 
 from heartgen.errors import HeartgenError, sentence
-from heartgen.options import ANALYZED
 from heartgen.widgets.costs import Costs
-from heartgen.widgets.input_case import (
-    BINARY,
-    InputCase,
-    LabelMapError,
-    analyze_case,
-    load_file,
-    load_sample,
-)
+from heartgen.widgets.input_case import load_file
 from heartgen.widgets.memory import release_memory
-from heartgen.widgets.run_options import RunOptions
-from heartgen.widgets.runs import Make, Outcome, Post, Run, fit_here
-from heartgen.widgets.session_state import SessionState
-from heartgen.widgets.steps import step_states
+from heartgen.widgets.runs import ALL_LEVELS, Make, Outcome, Post, Run, fit_here, with_lod
+from heartgen.widgets.session_input import SessionInput
 
 if TYPE_CHECKING:
     from heartgen.anatomy import Anatomy
     from heartgen.options import Options
+    from heartgen.widgets.input_case import InputCase
+    from heartgen.widgets.keeping.session import Keeping
 
 MAX_UPLOAD = 400 * 1024 * 1024
 """Largest upload, bytes: compressed label maps of the 1024^3 voxels that are read are smaller."""
 
-ALL_LEVELS = (1, 2, 3, 4, 5)
 
-
-class Session(SessionState):
+class Session(SessionInput):
     """One visitor's work, and the state that it leads to.
 
     Attributes
     ----------
     post : callable, optional
         Has a change made where the state lives; at once if omitted.
+    keeping : Keeping, optional
+        Writes down what is done, so that it is found again; nothing is if omitted.
     **traits : object
         First values of the state's attributes.
     """
 
-    def __init__(self, post: Post | None = None, **traits: Any) -> None:
-        super().__init__(choices=RunOptions(), **traits)
-        self._post: Post = post or (lambda change: change())
+    def __init__(
+        self, post: Post | None = None, keeping: Keeping | None = None, **traits: Any
+    ) -> None:
         self.costs = Costs()
-        self.folder = Path(tempfile.mkdtemp(prefix="heartgen-"))
-        self._pool = ThreadPoolExecutor(1, thread_name_prefix="heartgen")
-        self._ask = 0
-        self._lock = threading.Lock()
-        self._measured: tuple[Any, ...] = ()
-        self.choices.observe(self._chosen)
-        self._judge_steps()
-
-    def post(self, change: Callable[[], None]) -> None:
-        """Have the state changed where it lives; what goes wrong there is told, not lost.
-
-        Parameters
-        ----------
-        change : callable
-            Makes the change.
-        """
-        self._post(lambda: self._guarded(change))
+        self._runs_begun = 0
+        self._fits = ThreadPoolExecutor(1, thread_name_prefix="heartgen-fits")
+        super().__init__(post, keeping, **traits)
+        if keeping is not None:
+            keeping.watch(self)
 
     def close(self) -> None:
-        """End all work and remove what was uploaded."""
-        for run in self.runs:
-            run.cancel()
-        self._pool.shutdown(wait=False, cancel_futures=True)
-        shutil.rmtree(self.folder, ignore_errors=True)
+        """End all work, and remove what was uploaded unless it is kept for later."""
+        if self.keeping is None or not self.keeping.store.lasting:
+            for run in self.runs:
+                run.cancel()
+        self._fits.shutdown(wait=False, cancel_futures=True)
+        super().close()
 
-    def load_sample(self, name: str) -> Future[None]:
-        """Take a sample for the input.
-
-        Parameters
-        ----------
-        name : str
-            In the catalog of `heartgen.samples`.
-        """
-        return self._load(f"making the sample {name}", lambda: load_sample(name))
-
-    def load_file(self, path: Path, scheme: str = BINARY, frame: str = "") -> Future[None]:
-        """Take a file for the input.
-
-        Parameters
-        ----------
-        path : Path
-            The file.
-        scheme : str
-            As of `heartgen.widgets.input_case.load_file`.
-        frame : str
-            As of `heartgen.widgets.input_case.load_file`.
-        """
-        return self._load(f"reading {path.name}", lambda: load_file(path, scheme, frame))
-
-    def start(self, levels: tuple[int, ...] | None = None, make: Make = fit_here) -> Future[None]:
+    def start(
+        self, levels: tuple[int, ...] | None = None, make: Make | None = None
+    ) -> Future[None]:
         """Start a run with the choices of the moment, at one level or at several.
 
         Parameters
         ----------
         levels : tuple of int, optional
             Levels of detail; the chosen one if omitted.
-        make : callable
-            Makes the results, as of `Run`.
+        make : callable, optional
+            Makes the results, as of `Run`; they are fitted on this machine if omitted.
 
         Raises
         ------
@@ -128,41 +84,97 @@ class Session(SessionState):
         if self.awaited or self.complaint:
             raise HeartgenError("the input was refused or is not read yet: choose one, or wait")
         options = self.choices.options()
-        case, anatomy = self.case, self._anatomy_for(options)
-        levels = levels or (options.lod,)
-        run = Run(case, options, make, number=len(self.runs) + 1, levels=levels)
-        run.expected = self.costs.expect(options, self.both, levels, anatomy is not None)
-        run.observe(self._run_changed, names=["phase"])
-        self.runs = [*self.runs, run]
-        return self._pool.submit(self._work_on_run, run, anatomy)
+        return self._begin(self.case, options, levels or (options.lod,), make)
 
-    def _work_on_run(self, run: Run, anatomy: Anatomy | None) -> None:
+    def start_all(self, paths: Iterable[Path], scheme: str, frame: str = "") -> Future[None]:
+        """Start a run for each of several files, with the choices of the moment.
+
+        Parameters
+        ----------
+        paths : iterable of Path
+            Files and folders.
+        scheme, frame : str
+            As of `heartgen.widgets.input_case.load_file`.
+        """
+        options = self.choices.options()
+        origins = [{"file": str(path), "scheme": scheme, "frame": frame} for path in paths]
+        self.queue = [*self.queue, *origins]
+
+        def read() -> None:
+            for origin in origins:
+                if self.keeping is not None and not self.keeping.store.mine:
+                    return  # whoever has the session now reads the rest
+                try:
+                    case = load_file(Path(origin["file"]), scheme, frame)
+                    if self.keeping is not None:
+                        self.keeping.keep_case(case)
+                except Exception as error:
+                    self.post(partial(self._refuse_one, origin, sentence(error)))
+                else:
+                    self.post(partial(self._begin_one, origin, case, options))
+
+        return self.submit(read)
+
+    def _refuse_one(self, origin: dict[str, str], said: str) -> None:
+        self.refused = [*self.refused, said]
+        self._read_one(origin)
+
+    def _begin_one(self, origin: dict[str, str], case: InputCase, options: Options) -> None:
+        self._begin(case, options, (options.lod,), None)
+        self._read_one(origin)
+
+    def _read_one(self, origin: dict[str, str]) -> None:
+        """A heart of several does not wait any more."""
+        self.queue = [other for other in self.queue if other is not origin]
+
+    def _begin(
+        self, case: InputCase, options: Options, levels: tuple[int, ...], make: Make | None
+    ) -> Future[None]:
+        """Put a run into the list, and have it done."""
+        run = Run(case, options, self._maker(make), number=self.next_number(), levels=levels)
+        analyzed = self.anatomy_for(run.case, options) is not None
+        there = tuple(n for n in levels if make is None and self._has_kept(n, options, case))
+        run.reused = (*("shape analysis" for _ in (1,) if analyzed), *(f"level {n}" for n in there))
+        left = tuple(n for n in levels if n not in there)
+        run.expected = self.costs.expect(options, self.both, left, analyzed) if left else {}
+        self.runs = [*self.runs, run]
+        return self.go_on(run)
+
+    def _maker(self, make: Make | None) -> Make:
+        """What makes the results of a run, and writes them down where the session is kept."""
+        if self.keeping is None:
+            return make or fit_here
+        return self.keeping.fit if make is None else self.keeping.kept(make)
+
+    def next_number(self) -> int:
+        """Number of the next run: none is given twice."""
+        self._runs_begun = max([self._runs_begun, *(run.number for run in self.runs)]) + 1
+        return self._runs_begun
+
+    def _has_kept(self, lod: int, options: Options, case: InputCase) -> bool:
+        """Whether a mesh need not be fitted again, as it was written down."""
+        return self.keeping is not None and self.fitted(lod, options, case) is not None
+
+    def go_on(self, run: Run) -> Future[None]:
+        """Have a run done that is in the list.
+
+        Parameters
+        ----------
+        run : Run
+            That waits.
+        """
+        run.observe(self._run_changed, names=["phase"])
+        return self._fits.submit(self._work_on_run, run)
+
+    def _work_on_run(self, run: Run) -> None:
         """In the thread: run."""
-        run.work(anatomy, self.post)
+        anatomy = self.anatomy_for(run.case, run.options)
+        run.work(anatomy if run.anatomy is None else run.anatomy, self.post)
         release_memory()
 
     def sweep(self) -> Future[None]:
         """Fit all levels of detail."""
         return self.start(ALL_LEVELS)
-
-    def refuse(self, sentence: str) -> None:
-        """Say why an input was not even read.
-
-        Parameters
-        ----------
-        sentence : str
-            What is wrong, and what to do.
-        """
-        self.awaited = True
-        self._complain(self._new_ask(), sentence)
-
-    def keep(self) -> None:
-        """Go on with the case there was before an input was refused."""
-        self._new_ask()
-        with self.hold_trait_notifications():
-            self.awaited, self.reading, self.complaint, self.offer = False, "", "", ""
-        self._measure_anew()
-        self._judge_steps()
 
     def show(self, outcome: Outcome) -> None:
         """Look at a mesh; the input becomes the one it was made of.
@@ -173,26 +185,110 @@ class Session(SessionState):
             The mesh.
         """
         if outcome.case is not self.case or self.awaited:
-            self._new_ask()
-            with self.hold_trait_notifications():
-                self.case = outcome.case
-                self.anatomy = outcome.result.anatomy
-                self._measured = _measured(outcome.case, outcome.result.options)
-                self.awaited, self.reading, self.complaint, self.offer = False, "", "", ""
+            self._take(outcome.case, outcome.result.anatomy, outcome.result.options)
         self.shown = outcome
         self._judge_steps()
 
-    @property
-    def both(self) -> bool:
-        """Whether both ventricles will be meshed, as far as is known."""
-        if self.anatomy is not None:
-            return self.anatomy.rv is not None
-        return bool(self.choices.ventricles == "biv")
+    def resume(
+        self,
+        case: InputCase | None,
+        anatomy: Anatomy | None,
+        runs: Iterable[Run],
+        shown: Outcome | None,
+    ) -> None:
+        """Go on with a session that was left: what was running runs on.
 
-    @property
-    def active_run(self) -> Run | None:
-        """The run that goes on, or waits."""
-        return next((run for run in reversed(self.runs) if run.active), None)
+        Parameters
+        ----------
+        case : InputCase or None
+            The input.
+        anatomy : Anatomy or None
+            What was measured in it, under the choices of the moment.
+        runs : iterable of Run
+            The newest last.
+        shown : Outcome or None
+            What was looked at.
+        """
+        self._take(case, anatomy)
+        with self.hold_trait_notifications():
+            self.runs = list(runs)
+            self.outcomes = [outcome for run in self.runs for outcome in run.outcomes]
+            self.shown = shown
+        for run in self.runs:
+            if run.active:
+                self.go_on(run)
+        self._measure_anew()
+        self._judge_steps()
+
+    def add(self, run: Run, outcomes: Iterable[Outcome]) -> None:
+        """Have further meshes of a run, such as those of other levels of detail.
+
+        Parameters
+        ----------
+        run : Run
+            That is done.
+        outcomes : iterable of Outcome
+            The meshes.
+        """
+        new = tuple(outcomes)
+        run.outcomes = (*run.outcomes, *new)
+        self.outcomes = [*self.outcomes, *new]
+
+    def rename(self, run: Run, name: str) -> None:
+        """Give a run a name of the visitor's.
+
+        Parameters
+        ----------
+        run : Run
+            In the list.
+        name : str
+            Empty for its usual name.
+        """
+        run.name = " ".join(name.split())
+        for listed in ("runs", "outcomes"):  # the same, with another name: who lists them is told
+            here = getattr(self, listed)
+            told = {"name": listed, "old": here, "new": here, "owner": self, "type": "change"}
+            self.notify_change(Bunch(told))
+
+    def delete(self, run: Run) -> None:
+        """Remove a run and its meshes.
+
+        Parameters
+        ----------
+        run : Run
+            In the list.
+        """
+        run.cancel()
+        with self.hold_trait_notifications():
+            self.runs = [other for other in self.runs if other is not run]
+            self.outcomes = [o for o in self.outcomes if o not in run.outcomes]
+            if self.shown in run.outcomes:
+                self.shown = next((o for o in reversed(self.outcomes) if o.case is self.case), None)
+        if self.keeping is not None:
+            self.keeping.forget(run)
+
+    def fitted(
+        self, lod: int, options: Options | None = None, case: InputCase | None = None
+    ) -> Outcome | None:
+        """The newest mesh of an input at a level of detail, with all other choices as they are.
+
+        Parameters
+        ----------
+        lod : int
+            Level of detail.
+        options : Options, optional
+            All but the level of detail; the choices of the moment if omitted.
+        case : InputCase, optional
+            The input; that of the moment if omitted.
+        """
+        wanted = with_lod(options or self.choices.options(), lod)
+        of = case or self.case
+        for run in reversed(self.runs):
+            if run.case is of and with_lod(run.options, lod) == wanted:
+                found: list[Outcome] = [o for o in run.outcomes if o.lod == lod]
+                if found:
+                    return found[0]
+        return None
 
     def expected_seconds(self, levels: tuple[int, ...] | None = None) -> float:
         """Seconds a run with the choices of the moment is expected to take.
@@ -203,123 +299,15 @@ class Session(SessionState):
             Levels of detail; the chosen one if omitted.
         """
         options = self.choices.options()
-        analyzed = self._anatomy_for(options) is not None
+        analyzed = self.case is not None and self.anatomy_for(self.case, options) is not None
         expected = self.costs.expect(options, self.both, levels or (options.lod,), analyzed)
         return sum(expected.values())
-
-    def _anatomy_for(self, options: Options) -> Anatomy | None:
-        """The anatomy, if it was measured under these options."""
-        known = self.case is not None and self._measured == _measured(self.case, options)
-        return self.anatomy if known else None
-
-    def _load(self, doing: str, make: Callable[[], InputCase]) -> Future[None]:
-        """Make a case and measure the heart in it, in the thread."""
-        for run in self.runs:
-            if run.phase == "waiting":
-                run.cancel()
-        with self.hold_trait_notifications():
-            self.awaited, self.reading, self.complaint, self.offer = True, doing, "", ""
-        self._judge_steps()
-        return self._pool.submit(self._work_on_input, self._new_ask(), make)
-
-    def _work_on_input(self, ask: int, make: Callable[[], InputCase]) -> None:
-        """In the thread: read, show, measure."""
-        case = self._told(ask, make)
-        if case is not None:
-            self.post(lambda: self._take_case(ask, case))
-            self._measure(ask, case, self.choices.options())
-
-    def _measure(self, ask: int, case: InputCase, options: Options) -> None:
-        """In the thread: measure the heart."""
-        anatomy = self._told(ask, lambda: analyze_case(case, options))
-        if anatomy is not None:
-            self.post(lambda: self._take_anatomy(ask, case, options, anatomy))
-
-    def _told(self, ask: int, make: Callable[[], Any]) -> Any:
-        """What `make` gives; where it fails, the sentence goes to the page."""
-        if ask != self._ask:
-            return None
-        try:
-            return make()
-        except Exception as error:
-            said = sentence(error)
-            offer = error.scheme if isinstance(error, LabelMapError) else ""
-        self.post(lambda: self._complain(ask, said, offer))
-        return None
-
-    def _new_ask(self) -> int:
-        """A number for a question; answers to older ones are no longer wanted."""
-        with self._lock:
-            self._ask += 1
-            return self._ask
-
-    def _take_case(self, ask: int, case: InputCase) -> None:
-        if ask != self._ask:
-            return
-        with self.hold_trait_notifications():
-            self._measured = ()
-            self.anatomy = None
-            self.shown = None
-            self.case = case
-            self.awaited = False
-            self.reading = f"measuring the heart in {case.name}"
-        self._judge_steps()
-
-    def _take_anatomy(self, ask: int, case: InputCase, options: Options, anatomy: Anatomy) -> None:
-        if ask != self._ask:
-            return
-        self._measured = _measured(case, options)
-        with self.hold_trait_notifications():
-            self.anatomy = anatomy
-            self.reading, self.complaint = "", ""
-            self.cost_revision += 1
-        self._judge_steps()
-
-    def _guarded(self, change: Callable[[], None]) -> None:
-        """Do a change that nobody waits for."""
-        try:
-            change()
-        except Exception as error:
-            traceback.print_exc()
-            self._complain(
-                self._ask,
-                f"the page itself failed ({type(error).__name__}: {error}): please report it",
-            )
-
-    def _complain(self, ask: int, sentence: str, offer: str = "") -> None:
-        if ask != self._ask:
-            return
-        with self.hold_trait_notifications():
-            self.reading, self.complaint, self.offer = "", sentence, offer
-        self._judge_steps()
-
-    def _chosen(self, change: Any) -> None:
-        """Measure anew where a choice changes what the shape analysis sees."""
-        self.cost_revision += 1
-        if change["name"] in ANALYZED and not self.awaited:
-            self._measure_anew()
-        self._judge_steps()
-
-    def _measure_anew(self) -> None:
-        """Measure the heart, if it was not under the choices of the moment."""
-        try:
-            options = self.choices.options()
-        except HeartgenError:
-            return
-        if self.case is None:
-            return
-        ask = self._new_ask()
-        if self._anatomy_for(options) is not None:
-            self.reading, self.complaint = "", ""
-        else:
-            self.reading = f"measuring the heart in {self.case.name}"
-            self._pool.submit(self._measure, ask, self.case, options)
 
     def _run_changed(self, change: Any) -> None:
         """Take in what a run made."""
         run: Run = change["owner"]
         if run.phase == "done":
-            if run.make is fit_here:
+            if run.expected and run.make in self._makers_here():
                 self.costs.learn(run.expected, run.seconds)
             with self.hold_trait_notifications():
                 self.outcomes = [*self.outcomes, *run.outcomes]
@@ -329,15 +317,10 @@ class Session(SessionState):
                 self.cost_revision += 1
         self._judge_steps()
 
+    def _makers_here(self) -> tuple[Make, ...]:
+        """What fits on this machine, so that its times say how fast it is."""
+        return (fit_here,) if self.keeping is None else (fit_here, self.keeping.fit)
+
     @observe("shown", "taken", "runs")
     def _something_changed(self, _: Any) -> None:
         self._judge_steps()
-
-    def _judge_steps(self) -> None:
-        """Say how every step stands, and why."""
-        self.states = step_states(self)
-
-
-def _measured(case: InputCase, options: Options) -> tuple[Any, ...]:
-    """What the anatomy of a case depends on."""
-    return (case, *(getattr(options, name) for name in ANALYZED))

@@ -24,6 +24,8 @@ class SessionState(HasTraits):
         An input was asked for that is not the case: it is being read, or was refused.
     offer : str
         Scheme of labels by which a file that was refused as a mask can be read.
+    origin : dict of str to str
+        Where the input that was asked for last comes from, as of `InputCase`.
     choices : RunOptions
     runs : list of Run
         The newest last.
@@ -38,6 +40,16 @@ class SessionState(HasTraits):
     cursor : (3,) tuple or None
         A point of the heart that was clicked in a slice or in the 3-D view, mm, world (LPS).
     states : dict of str to StepState
+    queue : list of dict of str to str
+        Where hearts come from that wait to be read and fitted, as of `InputCase`.
+    unkept : str
+        Why what is done is not written down at the moment; empty if it is.
+    refused : list of str
+        Why hearts of several were not read.
+    ahead : bool
+        Fit the other levels of detail of a run after it.
+    ahead_of : str
+        Those that are being fitted; empty if none are.
     """
 
     case = Any(None, allow_none=True)
@@ -46,6 +58,7 @@ class SessionState(HasTraits):
     complaint = Unicode("")
     awaited = Bool(False)
     offer = Unicode("")
+    origin = Dict()
     choices = Instance(RunOptions)
     runs: List[Run] = List()
     outcomes: List[Outcome] = List()
@@ -54,4 +67,9 @@ class SessionState(HasTraits):
     taken = Unicode("")
     cursor = Any(None, allow_none=True)
     states = Dict()
+    queue: List[dict[str, str]] = List()
+    unkept = Unicode("")
+    refused: List[str] = List()
+    ahead = Bool(True)
+    ahead_of = Unicode("")
     cost_revision = Int(0)

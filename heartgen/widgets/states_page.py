@@ -24,8 +24,7 @@ from heartgen.widgets.parts import (
     status,
     text,
 )
-from heartgen.widgets.runs import post_on_loop
-from heartgen.widgets.session import ALL_LEVELS
+from heartgen.widgets.runs import ALL_LEVELS, post_on_loop
 from heartgen.widgets.states_session import Compared, StatesSession
 from heartgen.widgets.transfer import Download
 from heartgen.widgets.view_place import ViewPlace

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from heartgen.errors import HeartgenError
 
 if TYPE_CHECKING:
-    from heartgen.widgets.session import Session
+    from heartgen.widgets.session_input import SessionInput as Session
 
 Phase = Literal["blocked", "ready", "running", "done", "failed"]
 

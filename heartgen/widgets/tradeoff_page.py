@@ -15,8 +15,8 @@ from heartgen.widgets.frame import framed, two_sided
 from heartgen.widgets.input_case import sample_choices
 from heartgen.widgets.panels.view import ViewPanel
 from heartgen.widgets.parts import button, card, classed, picture, row, status, text
-from heartgen.widgets.runs import Outcome, Run, post_on_loop
-from heartgen.widgets.session import ALL_LEVELS, Session
+from heartgen.widgets.runs import ALL_LEVELS, Outcome, Run, post_on_loop
+from heartgen.widgets.session import Session
 from heartgen.widgets.tradeoff_plot import ONE, Tradeoff, point
 from heartgen.widgets.tradeoff_study import TradeoffStudy
 from heartgen.widgets.transfer import Download

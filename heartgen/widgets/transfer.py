@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import tempfile
 from collections.abc import Callable
 from pathlib import Path, PurePosixPath
 from typing import Any, BinaryIO
@@ -18,6 +19,9 @@ PIECE = 2 * 1024 * 1024
 NAME_LENGTH = 120
 """Letters of a file name that are kept, its end."""
 
+OWN = "upload-"
+"""Begins the folder of a file."""
+
 MEGABYTE = 1024.0 * 1024.0
 
 
@@ -26,19 +30,22 @@ class Upload(anywidget.AnyWidget):
 
     Parameters
     ----------
-    folder : Path
-        Where files are written.
+    folder : Path or callable
+        Where files are written, or what tells it.
     limit : int
         Bytes of the largest file that is taken.
     arrived : callable
-        Called with the path of a file.
+        Called with the path of a file; of the folder with all of them, where there are several.
     refused : callable
         Called with a sentence.
     shown : callable
         Called when the drop zone is on the page.
-    **traits : str
+    in_use : callable
+        Tells whether the files of before are still to be read: the next takes their place if not.
+    **traits : object
         First values of ``title``, what is written on it, ``name``, what it is called for those who
-        do not see it, and ``zone``, its CSS class.
+        do not see it, ``zone``, its CSS class, and
+        ``several``, whether several files are taken at once.
     """
 
     _esm = WEB / "upload.js"
@@ -47,23 +54,39 @@ class Upload(anywidget.AnyWidget):
     title = Unicode("Upload a file").tag(sync=True)
     name = Unicode("Upload a mask or label map").tag(sync=True)
     zone = Unicode("hg-drop").tag(sync=True)
+    several = Bool(False).tag(sync=True)
 
     def __init__(
         self,
-        folder: Path,
+        folder: Path | Callable[[], Path],
         limit: int,
         arrived: Callable[[Path], None],
         refused: Callable[[str], None],
         shown: Callable[[], None] = lambda: None,
-        **traits: str,
+        in_use: Callable[[], bool] = lambda: False,
+        **traits: Any,
     ) -> None:
         super().__init__(limit=limit, **traits)
-        self._folder, self._arrived, self._refused = folder, arrived, refused
-        self._shown = shown
+        self._folder: Callable[[], Path] = (lambda: folder) if isinstance(folder, Path) else folder
+        self._arrived, self._refused = arrived, refused
+        self._shown, self._in_use = shown, in_use
         self._file: BinaryIO | None = None
-        self._path = folder
-        self._size = self._received = self._count = 0
+        self._path = self._place = Path()
+        self._left = 0
+        self._arrived_files: list[Path] = []
+        self._size = self._received = 0
         self.on_msg(self._hear)
+
+    def recall(self, path: Path) -> None:
+        """Know an upload of before, which the next takes the place of.
+
+        Parameters
+        ----------
+        path : Path
+            Of a file.
+        """
+        own = [folder for folder in path.parents if folder.name.startswith(OWN)]
+        self._place = own[0] if own else Path()
 
     def _hear(self, _: Any, message: dict[str, Any], buffers: list[Any]) -> None:
         """A message of the browser."""
@@ -87,21 +110,28 @@ class Upload(anywidget.AnyWidget):
                 "save it compressed (.nii.gz)"
             )
         elif kind == "begin":
-            self._begin(str(message["name"]), int(message["size"]))
+            self._left = int(message.get("left", 0))
+            self._begin(str(message["name"]), int(message["size"]), message.get("first", True))
         elif kind == "piece" and self._file is not None and buffers:
             self._take(bytes(buffers[0]))
 
-    def _begin(self, name: str, size: int) -> None:
-        """Make room: one upload at a time is kept."""
+    def _begin(self, name: str, size: int, first: bool) -> None:
+        """Make room: what was chosen at once is kept, and nothing that was chosen before."""
         self._end(tell=False)
-        shutil.rmtree(self._folder / f"upload-{self._count}", ignore_errors=True)
-        self._count += 1
-        folder = self._folder / f"upload-{self._count}"
-        folder.mkdir(parents=True)
-        self._path = folder / safe_name(name)
+        if first:
+            self._arrived_files = []
+            self._make_room()
+        self._path = self._place / safe_name(name)
         self._file = self._path.open("wb")
         self._size, self._received = size, 0
         self._go_on()
+
+    def _make_room(self) -> None:
+        folder = self._folder()
+        folder.mkdir(parents=True, exist_ok=True)
+        if self._place.name.startswith(OWN) and not self._in_use():
+            shutil.rmtree(self._place, ignore_errors=True)
+        self._place = Path(tempfile.mkdtemp(prefix=OWN, dir=folder))
 
     def _take(self, piece: bytes) -> None:
         assert self._file is not None
@@ -118,8 +148,14 @@ class Upload(anywidget.AnyWidget):
         if self._received < self._size:
             self.send({"kind": "next", "offset": self._received})
             return
+        self._arrived_files.append(self._path)
+        if self._left > 0:
+            self._end(tell=False)
+            self.send({"kind": "more"})
+            return
         self._end()
-        self._arrived(self._path)
+        several = len(self._arrived_files) > 1
+        self._arrived(self._place if several else self._path)
 
     def _end(self, tell: bool = True) -> None:
         """Close the file."""
@@ -191,6 +227,7 @@ class Pulse(anywidget.AnyWidget):
     _esm = WEB / "pulse.js"
     interval = Float(5.0).tag(sync=True)  # seconds between two questions
     patience = Float(30.0).tag(sync=True)  # seconds without an answer: it may just be busy
+    kept = Bool(False).tag(sync=True)  # whether a new page finds what was done
 
     def __init__(self, **traits: Any) -> None:
         super().__init__(**traits)

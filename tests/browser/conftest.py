@@ -21,7 +21,7 @@ from benchmarks import chromium
 
 PREFIX = "/user/x/"
 SIZE = {"width": 1440, "height": 900}
-STARTING = 60
+STARTING = 180
 
 
 def free_port() -> int:

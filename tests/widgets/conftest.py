@@ -18,10 +18,11 @@ def small():
     mask = samples.lifelike_lv(3.0).mask
 
     def load(name: str) -> InputCase:
-        return InputCase(mask, f"heartgen.samples.load({name!r}).mask", "0" * 64, "Small.")
+        code = f"heartgen.samples.load({name!r}).mask"
+        return InputCase(mask, code, "0" * 64, "Small.", {"sample": name})
 
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("session", "tradeoff_study"):
+        for name in ("session_input", "tradeoff_study"):
             patch.setattr(f"heartgen.widgets.{name}.load_sample", load)
         yield
 

@@ -8,7 +8,8 @@ from heartgen.options import OPTIONS, Options
 from heartgen.widgets.option_controls import option_control
 from heartgen.widgets.panels.fit_options import OptionsPanel
 from heartgen.widgets.run_options import RunOptions
-from heartgen.widgets.session import Session, _measured
+from heartgen.widgets.session import Session
+from heartgen.widgets.session_input import measured
 
 
 @pytest.fixture
@@ -87,7 +88,7 @@ def test_what_has_no_effect_is_not_offered_and_not_asked_for(panel):
 
 
 def test_an_anatomy_belongs_to_all_options_of_the_shape_analysis():
-    usual = _measured(None, Options())
+    usual = measured(None, Options())
     for name in ("truncate", "base", "ventricles", "slice_alignment"):
-        assert _measured(None, Options(**{name: OTHERS[name]})) != usual
-    assert _measured(None, Options(lod=5)) == usual
+        assert measured(None, Options(**{name: OTHERS[name]})) != usual
+    assert measured(None, Options(lod=5)) == usual

@@ -52,14 +52,15 @@ def test_panels_draw_a_whole_run(page):
     session = page.session
     session.load_sample("lifelike").result()
     session.start().result()
+    assert page.page.panels["view"].widget.layout.display == ""
     judge, take = page.page.panels["assess"], page.page.panels["export"]
+    page.page.turn_to("assess")
     assert "success" in judge.card.value
     assert bytes(judge.figure.value).startswith(b"\x89PNG")
     assert [p["id"] for p in judge.tradeoff.points] == [1]
     assert not take.download.disabled
     assert "heartgen.personalize(mask, lod=1)" in take.code.value
     view = page.page.panels["view"]
-    assert view.widget.layout.display == ""
     assert not view.stage.disabled
     assert "Show the mesh: warped" in view.stage.tooltips
     assert page.page.panels["input"].widget.layout.display == "none"
@@ -67,11 +68,12 @@ def test_panels_draw_a_whole_run(page):
 
 def test_first_sample_is_loaded_once_the_page_is_shown():
     widget = dashboard("lifelike")
-    session, upload = widget.session, widget.page.source.upload
+    session, keeper = widget.session, widget.page.back.keeper
     assert session.case is None
-    upload._hear(None, {"kind": "shown"}, [])
+    keeper._handle_custom_msg({"kind": "hello", "mine": "", "left": []}, [])
     session._pool.submit(lambda: None).result()
     assert session.case is not None
+    assert widget.page.source.sample.value == "lifelike"
     session.close()
 
 
@@ -209,3 +211,18 @@ def test_only_the_last_upload_is_kept(upload, tmp_path):
 )
 def test_names_stay_in_their_folder(name, safe):
     assert safe_name(name) == safe
+
+
+def test_the_sample_is_that_of_the_heart_that_is_shown(page):
+    session, source = page.session, page.page.source
+    session.choices.optimize = False
+    source.sample.value = "lifelike"
+    session._pool.submit(lambda: None).result()
+    session.start().result()
+    source.sample.value = "ideal"
+    session._pool.submit(lambda: None).result()
+    session.show(session.outcomes[-1])
+    assert source.sample.value == "lifelike"
+    source.sample.value = "ideal"  # so that another can be chosen again
+    session._pool.submit(lambda: None).result()
+    assert session.case.origin == {"sample": "ideal"}

@@ -12,8 +12,8 @@ from heartgen.errors import HeartgenError, sentence
 from heartgen.options import STEPS, Options
 from heartgen.widgets.costs import Costs
 from heartgen.widgets.input_case import load_file
-from heartgen.widgets.runs import siblings
-from heartgen.widgets.session import ALL_LEVELS, Session
+from heartgen.widgets.runs import ALL_LEVELS, siblings
+from heartgen.widgets.session import Session
 
 
 def phases(session):

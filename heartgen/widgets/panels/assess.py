@@ -18,9 +18,11 @@ from heartgen.widgets.parts import (
     sections_html,
     text,
 )
+from heartgen.widgets.results_table import results_csv
 from heartgen.widgets.runs import Outcome, siblings
 from heartgen.widgets.session import Session
 from heartgen.widgets.tradeoff_plot import Tradeoff, point
+from heartgen.widgets.transfer import Download
 
 DPI = 110
 """Of the histograms: 1056 pixels across."""
@@ -82,6 +84,10 @@ class AssessPanel:
         )
         self.hint = text("", "hg-note")
         self.table = text("", "hg-table")
+        self.csv = Download(
+            self._hand_over, title="Download table", hint="All meshes and all measures, as CSV"
+        )
+        self.csv.disabled = False
         link_tradeoff(self.tradeoff, session)
         session.observe(self._draw, ["shown", "outcomes"])
         session.observe(self._enable, ["states"])
@@ -97,7 +103,7 @@ class AssessPanel:
             "hg-levels",
         )
         self.against = AgainstPanel(session)
-        runs = classed(widgets.VBox([text("<h3>Runs</h3>"), self.table]), "hg-compare")
+        runs = classed(widgets.VBox([text("<h3>Runs</h3>"), self.table, self.csv]), "hg-compare")
         self.body = classed(
             widgets.VBox(
                 [
@@ -113,7 +119,13 @@ class AssessPanel:
         self.widget = classed(
             widgets.VBox([head(session, "assess"), self.empty, self.body]), "hg-panel"
         )
+        self._drawn: Outcome | None = None
+        self.widget.layout.observe(self._draw, "display")
         self._draw()
+
+    def _hand_over(self) -> None:
+        content = results_csv(self.session.outcomes).encode()
+        self.csv.hand_over("results.csv", content)
 
     def _sweep(self) -> None:
         self.session.sweep()
@@ -127,16 +139,18 @@ class AssessPanel:
         shown = self.session.shown
         self.empty.layout.display = "none" if shown else ""
         self.body.layout.display = "" if shown else "none"
-        if shown is None:
-            return
+        if shown is None or self.widget.layout.display == "none":
+            return  # another level is to be seen at once, and this is not looked at
         from heartgen.viewing.bullseye_svg import bullseye_html
         from heartgen.viewing.figures import draw_histograms
         from heartgen.viewing.segment_values import result_bullseyes
 
+        if shown is not self._drawn:
+            self._drawn = shown
+            self.figure.value = picture(draw_histograms(shown.result), DPI)
+            plots = "".join(map(bullseye_html, result_bullseyes(shown.result)))
+            self.segments.value = f"<h3>By segment</h3><div>{plots}</div>"
         self.card.value = card_html(shown)
-        self.figure.value = picture(draw_histograms(shown.result), DPI)
-        plots = "".join(map(bullseye_html, result_bullseyes(shown.result)))
-        self.segments.value = f"<h3>By segment</h3><div>{plots}</div>"
         others = siblings(self.session, shown)
         self.hint.value = (
             "Click a point to load its mesh."

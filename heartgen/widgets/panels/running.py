@@ -6,9 +6,10 @@ import html
 from typing import Any
 
 import ipywidgets as widgets
+from traitlets import link
 
 from heartgen.options import STEPS
-from heartgen.widgets.parts import button, classed, head, name_html, seconds, text
+from heartgen.widgets.parts import button, classed, head, name_html, row, seconds, text
 from heartgen.widgets.runs import Run
 from heartgen.widgets.session import Session
 
@@ -41,8 +42,18 @@ class RunPanel:
             self._sweep,
         )
         self.cancel = button("Cancel", "Stop this run", self._cancel, "hg-cancel")
+        self.ahead = row(
+            "Other levels",
+            widgets.Checkbox(session.ahead, indent=False),
+            "After a run, fit its other levels of detail while nothing else is to be done, so that "
+            "the level can be changed at once",
+        )
+        classed(self.ahead, "hg-wide")
+        self.ahead_note = text("", "hg-note")
+        link((session, "ahead"), (self.ahead, "value"))
+        session.observe(self._draw_ahead, ["ahead_of"])
         self.progress = text("", "hg-progress")
-        self.rows: dict[int, RunRow] = {}
+        self.rows: dict[Run, RunRow] = {}
         self.list = classed(widgets.VBox([]), "hg-runs")
         session.observe(self._draw, ["states"])
         session.observe(self._list, ["runs"])
@@ -52,6 +63,8 @@ class RunPanel:
                     head(session, "run"),
                     classed(widgets.HBox([self.start, self.sweep, self.cancel]), "hg-buttons"),
                     self.progress,
+                    self.ahead,
+                    self.ahead_note,
                     self.list,
                 ]
             ),
@@ -78,11 +91,16 @@ class RunPanel:
         self.cancel.disabled = not active
         self._draw_progress()
 
+    def _draw_ahead(self, _: Any) -> None:
+        levels = self.session.ahead_of
+        self.ahead_note.value = f"level {levels} being fitted in the background" if levels else ""
+
     def _list(self, _: Any) -> None:
         for run in self.session.runs:
-            if run.number not in self.rows:
-                self.rows[run.number] = RunRow(self.session, run)
+            if run not in self.rows:
+                self.rows[run] = RunRow(self.session, run)
                 run.observe(self._draw_progress, ["shares", "phase"])
+        self.rows = {run: self.rows[run] for run in self.session.runs}
         self.list.children = [r.widget for r in reversed(self.rows.values())]
 
     def _draw_progress(self, _: Any = None) -> None:
@@ -105,14 +123,32 @@ class RunRow:
         self.session, self.run = session, run
         self.label = text("", "hg-run-label")
         self.show = button("Show", f"Show the mesh of run {run.number}", self._show, "hg-small")
-        self.widget = classed(widgets.HBox([self.label, self.show]), "hg-run")
-        run.observe(self._draw, ["phase"])
+        self.name = row(
+            "Name",
+            widgets.Text(run.name, placeholder=run.case.name, continuous_update=False),
+            "Yours for this run, in lists and titles",
+        )
+        self.delete = button(
+            "Delete", f"Remove run {run.number} and its meshes", self._delete, "hg-small"
+        )
+        self.own = classed(widgets.HBox([self.name, self.delete]), "hg-run-own")
+        self.widget = classed(
+            widgets.VBox([widgets.HBox([self.label, self.show]), self.own]), "hg-run"
+        )
+        self.name.observe(self._rename, "value")
+        run.observe(self._draw, ["phase", "name", "outcomes"])
         session.observe(self._draw, ["shown"])
         self._draw()
 
     def _show(self) -> None:
         wanted = [o for o in self.run.outcomes if o.lod == self.session.choices.lod]
         self.session.show((wanted or list(self.run.outcomes))[0])
+
+    def _rename(self, change: Any) -> None:
+        self.session.rename(self.run, change["new"])
+
+    def _delete(self) -> None:
+        self.session.delete(self.run)
 
     def _draw(self, _: Any = None) -> None:
         run = self.run
@@ -123,9 +159,14 @@ class RunRow:
             detail = (
                 f"error {report.accuracy.mean:.2f} mm · Q {report.quality.mean:.2f} · wriggle "
                 f"{report.fairness.longitudinal_median:.0f}°"
-                if len(run.outcomes) == 1
+                if len(run.levels) == 1
                 else f"{len(run.outcomes)} meshes"
             ) + f" · {seconds(run.seconds)}"
+            if len(run.levels) < len(run.outcomes):
+                others = sorted(o.lod for o in run.outcomes if o.lod not in run.levels)
+                detail += f" · also at level {', '.join(map(str, others))}"
+            if run.reused:
+                detail += f" · reused: {', '.join(run.reused)}"
         elif run.phase == "failed":
             detail = run.error
         self.label.value = (
@@ -133,6 +174,7 @@ class RunRow:
         )
         self.show.disabled = run.phase != "done" or shown
         self.show.description = "Shown" if shown else "Show"
+        self.own.layout.display = "" if shown else "none"
         (self.widget.add_class if shown else self.widget.remove_class)("hg-shown")
 
 

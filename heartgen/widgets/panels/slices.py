@@ -80,10 +80,8 @@ class SlicesPanel:
             for title, image, slider in zip(self.titles, self.images, self.sliders, strict=True)
         ]
         self.mesh = choose(MESHES, "optimized", "Mesh", "Draw the walls of the mesh in the slices")
-        folder = session.folder / "behind"
-        folder.mkdir(exist_ok=True)
         self.upload = Upload(
-            folder,
+            lambda: session.folder / "behind",
             MAX_UPLOAD,
             self._take_image,
             self._refused,

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import ipywidgets as widgets
 
+from heartgen.errors import HeartgenError
+from heartgen.widgets.hearts import hearts_in, may_have_frames
 from heartgen.widgets.input_case import AUTO, BINARY, sample_choices
+from heartgen.widgets.keeping.archive import ENDING
+from heartgen.widgets.panels.several import SeveralPanel
 from heartgen.widgets.parts import button, choose, classed, head, row, text
 from heartgen.widgets.session import MAX_UPLOAD, Session
 from heartgen.widgets.transfer import MEGABYTE, Upload
@@ -28,7 +34,7 @@ SCHEMES = (
     ("Labels as written below", OWN),
 )
 
-FORMATS = "NIfTI, NRRD, MetaImage, DICOM-SEG or RTSTRUCT"
+FORMATS = "NIfTI, NRRD, MetaImage, DICOM-SEG or RTSTRUCT; several files, or a zip of them"
 
 
 class SourcePanel:
@@ -38,14 +44,12 @@ class SourcePanel:
     ----------
     session : Session
         The visitor's work.
-    first : str, optional
-        Sample to begin with; None for none.
     """
 
-    def __init__(self, session: Session, first: str | None = None) -> None:
+    def __init__(self, session: Session) -> None:
         self.session = session
-        self._first = first
         self._uploaded: Path | None = None
+        self._recalling = False
         self.sample = choose(
             [("Choose …", ""), *sample_choices()],
             "",
@@ -69,8 +73,22 @@ class SourcePanel:
         self.frame.layout.display = "none"
         for control in (self.sample, self.scheme, self.roles, self.frame):
             classed(control, "hg-above")
-        self.upload = Upload(session.folder, MAX_UPLOAD, self._arrived, self._refused, self._shown)
-        limit = text(f"{FORMATS}, up to {MAX_UPLOAD / MEGABYTE:.0f} MB", "hg-note")
+        self.opened: Callable[[Path], None] | None = None
+        folder = partial(getattr, session, "folder")
+        self.upload = Upload(
+            folder,
+            MAX_UPLOAD,
+            self._arrived,
+            self._refused,
+            in_use=lambda: bool(session.queue),
+            several=True,
+            title="Upload files",
+        )
+        limit = text(
+            f"{FORMATS}, up to {MAX_UPLOAD / MEGABYTE:.0f} MB; or a session that was saved",
+            "hg-note",
+        )
+        self.several = SeveralPanel(session)
         self.about = text("", "hg-note hg-about")
         self.relabel = button(
             "Read it as a label map",
@@ -97,29 +115,53 @@ class SourcePanel:
                 self.frame,
                 self.upload,
                 limit,
+                self.several.widget,
             ]
         )
         self.widget.add_class("hg-card")
         self._draw_ways_on()
 
-    def _shown(self) -> None:
-        """The page is on the screen: what changes before, a browser may miss."""
-        first, self._first = self._first, None
-        if first is not None and self.session.case is None and not self.session.reading:
-            self.sample.value = first
-
     def _chosen(self, change: Any) -> None:
-        if change["new"]:
+        if change["new"] and not self._recalling:
             self._uploaded = None
+            self.several.offer((), "", "")
             self.frame.layout.display = "none"
             self.session.load_sample(change["new"])
 
     def _arrived(self, path: Path) -> None:
-        """A file is there."""
-        self._uploaded = path
-        self.frame.layout.display = ""
+        """A file is there: an image, or a session that was saved."""
+        if path.suffix == ENDING and self.opened is not None:
+            self.opened(path)
+            return
+        try:
+            hearts = hearts_in(path)
+        except HeartgenError as error:
+            self.session.refuse(str(error))
+            return
+        self._uploaded = hearts[0]
+        self.frame.layout.display = "" if may_have_frames(hearts[0]) else "none"
         self.sample.value = ""
         self._read()
+        self.several.offer(hearts, *self._said())
+
+    def recall(self) -> None:
+        """Say of the input that was brought back where it comes from."""
+        origin = self.session.origin
+        self._uploaded = None  # so that nothing is read anew by what follows
+        known = {value for _, value in SCHEMES}
+        self._recalling = True
+        self.sample.value = origin.get("sample", "")
+        self._recalling = False
+        if "file" not in origin:
+            return
+        scheme = origin["scheme"]
+        self.scheme.value = scheme if scheme in known else OWN
+        if scheme not in known:
+            self.roles.value = scheme
+        self.frame.value = origin["frame"]
+        self.frame.layout.display = ""
+        self._uploaded = Path(origin["file"])
+        self.upload.recall(self._uploaded)
 
     def _refused(self, sentence: str) -> None:
         self.session.refuse(sentence)
@@ -131,8 +173,12 @@ class SourcePanel:
     def _read(self, _: Any = None) -> None:
         """Read the uploaded file anew, as what it is now said to be."""
         if self._uploaded is not None:
-            scheme = self.roles.value if self.scheme.value == OWN else self.scheme.value
-            self.session.load_file(self._uploaded, scheme, self.frame.value)
+            self.session.load_file(self._uploaded, *self._said())
+
+    def _said(self) -> tuple[str, str]:
+        """Scheme and frame, as the visitor says they are."""
+        scheme = self.roles.value if self.scheme.value == OWN else self.scheme.value
+        return scheme, self.frame.value
 
     def _relabel(self) -> None:
         """Read the refused file as the label map that it is."""
@@ -147,5 +193,8 @@ class SourcePanel:
         self.keep.description = f"Go on with {session.case.name}" if session.case else "Go on"
 
     def _draw(self, _: Any) -> None:
+        """Say what the input is; one that a run was made of, and is shown again, is known, too."""
         case = self.session.case
+        if self.session.origin.get("sample", "") != self.sample.value:
+            self.recall()
         self.about.value = html.escape(case.description) if case else ""

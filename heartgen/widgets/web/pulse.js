@@ -4,10 +4,14 @@ function render({ model, el }) {
   notice.className = "hg-gone";
   notice.setAttribute("role", "alert");
   notice.hidden = true;
-  notice.append("The session behind this page has ended: it needed too much memory, or was left. ");
+  const kept = model.get("kept");
+  notice.append(
+    "The session behind this page has ended: it needed too much memory, or was left. ",
+    kept ? "What was done is kept. " : "",
+  );
   const again = document.createElement("button");
   again.type = "button";
-  again.textContent = "Begin anew";
+  again.textContent = kept ? "Bring it back" : "Begin anew";
   again.addEventListener("click", () => window.location.reload());
   notice.append(again);
   el.appendChild(notice);

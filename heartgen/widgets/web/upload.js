@@ -1,4 +1,4 @@
-// A drop zone that sends a file in pieces, each when the last one has arrived.
+// A drop zone that sends files, one after another, in pieces, each when the last one has arrived.
 function render({ model, el }) {
   const zone = document.createElement("label");
   zone.className = model.get("zone");
@@ -8,17 +8,27 @@ function render({ model, el }) {
   input.setAttribute("aria-label", model.get("name"));
   el.appendChild(zone);
   let file = null;
+  let files = [];
+  let first = true;
 
   const idle = () => {
+    files = [];
     bar.hidden = true;
     input.disabled = false;
-    text.innerHTML = `<b>${model.get("title")}</b> or drop it here`;
+    text.innerHTML = `<b>${model.get("title")}</b> or drop ${several() ? "them" : "it"} here`;
   };
   const megabytes = (n) => (n / 1048576).toFixed(n < 1048576 ? 2 : n < 10485760 ? 1 : 0) + " MB";
+  const several = () => model.get("several");
   const begin = (chosen) => {
-    if (!chosen || input.disabled) return;
-    file = chosen;
+    if (!chosen.length || input.disabled) return;
+    files = [...chosen].slice(0, several() ? undefined : 1);
+    first = true;
+    send();
+  };
+  const send = () => {
+    file = files.shift();
     if (file.size > model.get("limit")) {
+      files = [];
       model.send({ kind: "refused", name: file.name, size: file.size });
       return;
     }
@@ -26,7 +36,8 @@ function render({ model, el }) {
     bar.hidden = false;
     bar.value = 0;
     text.textContent = `Sending ${file.name}, ${megabytes(file.size)}`;
-    model.send({ kind: "begin", name: file.name, size: file.size });
+    model.send({ kind: "begin", name: file.name, size: file.size, first, left: files.length });
+    first = false;
   };
   const next = async (offset) => {
     const piece = await file.slice(offset, offset + model.get("piece")).arrayBuffer();
@@ -34,17 +45,19 @@ function render({ model, el }) {
     model.send({ kind: "piece", offset }, undefined, [piece]);
   };
 
-  input.addEventListener("change", () => { begin(input.files[0]); input.value = ""; });
+  input.addEventListener("change", () => { begin([...input.files]); input.value = ""; });
   for (const name of ["dragenter", "dragover"])
     zone.addEventListener(name, (e) => { e.preventDefault(); zone.classList.add("hg-over"); });
   for (const name of ["dragleave", "drop"])
     zone.addEventListener(name, (e) => { e.preventDefault(); zone.classList.remove("hg-over"); });
-  zone.addEventListener("drop", (e) => begin(e.dataTransfer.files[0]));
+  zone.addEventListener("drop", (e) => begin([...e.dataTransfer.files]));
   const hear = (message) => {
     if (message.kind === "next") next(message.offset);
+    if (message.kind === "more") send();
     if (message.kind === "end") idle();
   };
   model.on("msg:custom", hear);
+  input.multiple = several();
   idle();
   model.send({ kind: "shown" });
   return () => model.off("msg:custom", hear);

@@ -1,0 +1,1 @@
+"""What a visitor's session leaves on the disk: inputs, runs and results, and who works on them."""

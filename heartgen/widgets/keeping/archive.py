@@ -1,0 +1,95 @@
+"""A session in one file, to be kept by the visitor and opened again, here or elsewhere."""
+
+from __future__ import annotations
+
+import ast
+import io
+import re
+import zipfile
+from pathlib import Path
+
+from heartgen.errors import InputError
+from heartgen.widgets.keeping.jobs import ENDED, read_json
+from heartgen.widgets.keeping.packing import MOST
+from heartgen.widgets.keeping.store import STATE, Store
+
+ENDING = ".heartgen"
+"""Of the name of a file that holds a session."""
+
+HELD = re.compile(
+    r"session\.json"
+    r"|cases/\d+/(about\.json|mask\.pack|measured-[0-9a-f]{16}\.pack)"
+    r"|jobs/\d+(-others)?/(job\.json|ended\.json|lod-[1-5]\.pack)"
+)
+"""Files of a session's folder that belong into it: not what was uploaded, nor what goes on."""
+
+CODE = (
+    *(ast.Expression, ast.Call, ast.Attribute, ast.Name, ast.Constant, ast.keyword, ast.Load),
+    *(ast.Tuple, ast.List, ast.Dict, ast.UnaryOp, ast.USub),
+)
+"""What the expression that gives a mask in Python is made of."""
+
+
+def saved(store: Store) -> bytes:
+    """All that was done in a session, without the files that were uploaded.
+
+    Parameters
+    ----------
+    store : Store
+        Of the session.
+    """
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
+        for file in sorted(store.folder.rglob("*")):
+            name = file.relative_to(store.folder).as_posix()
+            if HELD.fullmatch(name) and _is_whole(file):
+                archive.write(file, name)
+    return buffer.getvalue()
+
+
+def open_saved(path: Path, store: Store) -> None:
+    """Put a session that was saved into the folder of a new one.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    store : Store
+        Of the new session.
+
+    Raises
+    ------
+    InputError
+        If the file is none, or holds what no session has.
+    """
+    refusal = f"{path.name}: This is no session that heartgen saved"
+    try:
+        with zipfile.ZipFile(path) as archive:
+            infos = [info for info in archive.infolist() if HELD.fullmatch(info.filename)]
+            if STATE not in (info.filename for info in infos):
+                raise InputError(f"{refusal}: choose a file that ends in {ENDING}.")
+            if sum(info.file_size for info in infos) > MOST:
+                raise InputError(f"{path.name}: This session is too large to be opened here.")
+            for info in infos:
+                archive.extract(info, store.folder)
+    except (zipfile.BadZipFile, OSError, EOFError) as error:
+        raise InputError(f"{refusal}, or it is damaged ({error}): save it again.") from error
+    for about in store.folder.glob("cases/*/about.json"):
+        _check_code(str(read_json(about).get("code")), path.name)
+
+
+def _is_whole(file: Path) -> bool:
+    """Whether a file is none of a job that goes on: who opens it would not go on with it."""
+    return file.parent.parent.name != "jobs" or (file.parent / ENDED).is_file()
+
+
+def _check_code(code: str, name: str) -> None:
+    """Refuse Python that does more than read an image: the page hands it out to be run."""
+    refusal = InputError(f"{name}: This session holds code that heartgen did not write.")
+    try:
+        nodes = list(ast.walk(ast.parse(code, mode="eval")))
+    except (SyntaxError, ValueError):
+        raise refusal from None
+    names = {node.id for node in nodes if isinstance(node, ast.Name)}
+    if names != {"heartgen"} or not all(isinstance(node, CODE) for node in nodes):
+        raise refusal

@@ -1,0 +1,78 @@
+"""On the side, where several hearts were uploaded at once: all fitted, one after the other."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import ipywidgets as widgets
+
+from heartgen.widgets.parts import button, classed, text
+from heartgen.widgets.session import Session
+
+
+class SeveralPanel:
+    """The hearts that were uploaded: a click looks at one, another fits them all.
+
+    Parameters
+    ----------
+    session : Session
+        The visitor's work.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.hearts: tuple[Path, ...] = ()
+        self.scheme = self.frame = ""
+        self.note = text("", "hg-note")
+        self.which = widgets.Dropdown(description="Heart", options=[("", "")])
+        self.which.tooltip = "The one that is looked at"
+        classed(self.which, "hg-row hg-above")
+        self.fit = button(
+            "Fit all of them",
+            "One after the other, with these choices; the table under Assess compares them",
+            self._fit,
+            "hg-primary",
+        )
+        self.widget = widgets.VBox(
+            [self.note, self.which, classed(widgets.HBox([self.fit]), "hg-buttons")]
+        )
+        self.widget.layout.display = "none"
+        self._offering = False
+        self.which.observe(self._look, "value")
+        session.observe(self._draw, ["refused"])
+
+    def offer(self, hearts: Sequence[Path], scheme: str, frame: str) -> None:
+        """Offer hearts; one alone is no choice.
+
+        Parameters
+        ----------
+        hearts : sequence of Path
+            Files and folders.
+        scheme, frame : str
+            As of `heartgen.widgets.input_case.load_file`.
+        """
+        self.hearts, self.scheme, self.frame = tuple(hearts), scheme, frame
+        self.widget.layout.display = "" if len(hearts) > 1 else "none"
+        self._offering = True
+        self.which.options = [(path.name, str(path)) for path in hearts] or [("", "")]
+        self._offering = False
+        self.session.refused = []
+        self._draw()
+
+    def _look(self, change: Any) -> None:
+        if change["new"] and not self._offering:
+            self.session.load_file(Path(change["new"]), self.scheme, self.frame)
+
+    def _fit(self) -> None:
+        self.session.refused = []
+        self.session.start_all(self.hearts, self.scheme, self.frame)
+
+    def _draw(self, _: Any = None) -> None:
+        told = "".join(
+            f'<p class="hg-complaint" role="alert">{html.escape(sentence)}</p>'
+            for sentence in self.session.refused
+        )
+        self.note.value = f"<p>{len(self.hearts)} hearts were uploaded.</p>{told}"

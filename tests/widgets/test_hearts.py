@@ -1,0 +1,154 @@
+"""Which hearts are in an upload, and all of several fitted, without a browser."""
+
+from __future__ import annotations
+
+import csv
+import io
+import time
+import zipfile
+
+import nibabel as nib
+import numpy as np
+import pytest
+
+from heartgen import samples
+from heartgen.errors import InputError
+from heartgen.widgets.hearts import hearts_in, may_have_frames, unpacked
+from heartgen.widgets.keeping import store
+from heartgen.widgets.keeping.session import Keeping
+from heartgen.widgets.results_table import results_csv
+from heartgen.widgets.session import Session
+
+
+def image(path, voxels=None):
+    mask = samples.lifelike_lv(3.0).mask
+    voxels = mask.voxels if voxels is None else voxels
+    ras = np.diag([-1.0, -1.0, 1.0, 1.0]) @ mask.affine
+    path.parent.mkdir(parents=True, exist_ok=True)
+    nib.save(nib.Nifti1Image(voxels.astype(np.uint8), ras), path)
+    return path
+
+
+def test_several_images_are_several_hearts(tmp_path):
+    paths = [image(tmp_path / name) for name in ("b.nii.gz", "a.nii.gz")]
+    assert hearts_in(tmp_path) == sorted(paths)
+    assert hearts_in(paths[0]) == paths[:1]
+
+
+def test_a_file_for_each_structure_is_one_heart(tmp_path):
+    names = ("heart_myocardium", "heart_ventricle_left", "heart_ventricle_right")
+    for name in names:
+        image(tmp_path / "case" / f"{name}.nii.gz")
+    with zipfile.ZipFile(tmp_path / "case.zip", "w") as archive:
+        for file in (tmp_path / "case").iterdir():
+            archive.write(file, f"inside/{file.name}")
+        archive.writestr("__MACOSX/._inside", "of the system")
+    folder = tmp_path / "unpacked"
+    folder.mkdir()
+    moved = (tmp_path / "case.zip").rename(folder / "case.zip")
+    assert hearts_in(moved) == [folder / "case" / "inside"]
+    assert not moved.exists()
+
+
+def test_a_folder_of_slices_is_one_heart(tmp_path):
+    for n in range(3):
+        (tmp_path / f"IM{n}").write_bytes(b"\0" * 128 + b"DICM")
+    assert hearts_in(tmp_path) == [tmp_path]
+
+
+def test_archives_stay_in_their_place_and_within_bounds(tmp_path, monkeypatch):
+    folder = tmp_path / "in"
+    folder.mkdir()
+    with zipfile.ZipFile(folder / "evil.zip", "w") as archive:
+        archive.writestr("../../outside.nii", "x")
+        archive.writestr("a.nii", "x" * 100)
+    unpacked(folder / "evil.zip")
+    assert not list(tmp_path.glob("outside.nii"))
+    (folder / "none.zip").write_text("hello")
+    with pytest.raises(InputError, match=r"none\.zip: This archive cannot be unpacked"):
+        unpacked(folder / "none.zip")
+    with zipfile.ZipFile(folder / "large.zip", "w") as archive:
+        archive.writestr("a.nii", "x" * 100)
+    monkeypatch.setattr("heartgen.widgets.hearts.MOST_BYTES", 99)
+    with pytest.raises(InputError, match="too much"):
+        unpacked(folder / "large.zip")
+
+
+def test_frames_are_asked_for_where_there_may_be_some(tmp_path):
+    mask = samples.lifelike_lv(3.0).mask
+    still = image(tmp_path / "still.nii.gz")
+    cine = image(tmp_path / "cine.nii.gz", np.stack([mask.voxels] * 2, axis=-1))
+    assert not may_have_frames(still)
+    assert may_have_frames(cine)
+
+
+@pytest.mark.slow
+def test_all_of_several_are_fitted_and_told_in_a_table(tmp_path):
+    good = [image(tmp_path / f"{name}.nii.gz") for name in ("one", "two")]
+    bad = tmp_path / "bad.nii.gz"
+    bad.write_text("no image")
+    session = Session()
+    session.choices.optimize = False
+    session.start_all([good[0], bad, good[1]], "binary").result()
+    session._fits.submit(lambda: None).result()
+    assert [run.phase for run in session.runs] == ["done", "done"]
+    assert "bad.nii.gz" in session.refused[0]
+    session.rename(session.runs[1], "the second")
+    rows = list(csv.DictReader(io.StringIO(results_csv(session.outcomes))))
+    assert [row["case"] for row in rows] == ["1/one.nii.gz", "2/the second"]
+    assert float(rows[0]["error_mean"]) == pytest.approx(
+        session.outcomes[0].result.report.accuracy.mean
+    )
+    first = session.runs[0]
+    session.delete(first)
+    assert session.runs[0].number == 2
+    assert all(outcome.source is not first for outcome in session.outcomes)
+    session.close()
+
+
+@pytest.fixture
+def kept(tmp_path, monkeypatch):
+    """Where sessions are kept."""
+    monkeypatch.setenv(store.PLACE, str(tmp_path / "sessions"))
+
+
+@pytest.mark.slow
+def test_a_heart_that_is_looked_at_lends_its_mesh_to_no_other(tmp_path, kept):
+    one = image(tmp_path / "one.nii.gz")
+    two = image(tmp_path / "two.nii.gz", samples.lifelike_lv(3.0).mask.voxels[::-1])
+    session = Session(keeping=Keeping(store.begun()))
+    session.choices.optimize = False
+    session.start_all([one], "binary").result()
+    session._fits.submit(lambda: None).result()
+    session.show(session.outcomes[0])
+    session.start_all([two], "binary").result()
+    session._fits.submit(lambda: None).result()
+    assert session.runs[1].reused == ()
+    first, second = (run.outcomes[0].result.mesh.dofs for run in session.runs)
+    assert not np.allclose(first, second)
+    session.close()
+
+
+def test_hearts_that_wait_come_back(tmp_path, kept):
+    place = store.begun()
+    session = Session(keeping=Keeping(place))
+    session.choices.optimize = False
+    paths = [image(place.uploads / f"{name}.nii.gz") for name in ("one", "two")]
+    session._pool.submit(time.sleep, 0.5)  # so that it is left before they are read
+    session.start_all(paths, "binary")
+    again = Keeping(store.begun())
+    there = store.found(place.key)
+    past = again.past(there)
+    assert [origin["file"] for origin in past.queue] == [str(path) for path in paths]
+    session._pool.submit(lambda: None).result()
+    assert session.runs == []  # whoever has the session now reads them
+    session.close()
+    later = Session(keeping=again)
+    again.move(there, past)
+    past.restore(later)
+    later._pool.submit(lambda: None).result()
+    assert [run.case.name for run in later.runs] == ["one.nii.gz", "two.nii.gz"]
+    assert later.queue == []
+    for run in later.runs:
+        run.cancel()
+    later.close()
