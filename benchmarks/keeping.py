@@ -5,8 +5,7 @@ usage: python -m benchmarks.keeping [TIMES]
 Serves the dashboard on this machine, starts a run in it, and at a random moment reloads the page,
 closes it, kills the browser, cuts the connection or kills the kernel; then opens the page again and
 asks for every run that was begun. In the end the browser is closed, and what is left of kernels and
-fitting processes is counted after the time that the server gives them. Then: memory of a visitor
-after a run of both ventricles, and the time from the move of the level's slider to another mesh.
+fitting processes is counted after the time that the server gives them.
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ from __future__ import annotations
 import os
 import random
 import signal
-import statistics
 import sys
 import tempfile
 import time
@@ -23,10 +21,10 @@ from contextlib import suppress
 from pathlib import Path
 
 import psutil
-from playwright.sync_api import BrowserContext, Page, Playwright, sync_playwright
+from playwright.sync_api import BrowserContext, Error, Page, Playwright, sync_playwright
 
 from benchmarks.chromium import FLAGS, find
-from benchmarks.dashboard import PATIENCE, READY, RUN, SHOWN, served, wait
+from benchmarks.dashboard import PATIENCE, READY, RUN, served
 from heartgen.serving.limits import CULL_SECONDS, IDLE_SECONDS
 
 TIMES = 20
@@ -60,7 +58,6 @@ def main() -> None:
             for kind in sorted({kind for kind, _ in lost}):
                 found = [n for name, n in lost if name == kind]
                 print(f"| {kind} | {len(found)} | {sum(found)} |", flush=True)
-            figures(visitor)
             visitor.context.close()
         wait_seconds = IDLE_SECONDS + 2 * CULL_SECONDS
         time.sleep(wait_seconds)
@@ -109,7 +106,8 @@ class Visitor:
         for process in psutil.process_iter(["cmdline"]):
             if f"--user-data-dir={self.profile}" in (process.info["cmdline"] or []):
                 process.kill()
-        self.context.close()
+        with suppress(Error):  # of a browser that is dead
+            self.context.close()
         self.launch()
 
     def cut_connection(self) -> None:
@@ -150,32 +148,6 @@ def interrupted(visitor: Visitor, number: int) -> tuple[str, int]:
     while page.locator(done).count() < number and time.monotonic() < end:
         time.sleep(0.5)
     return way.__name__.replace("_", " "), max(0, number - page.locator(done).count())
-
-
-def figures(visitor: Visitor) -> None:
-    """Memory after a run of both ventricles, and the time that another level takes."""
-    page = visitor.page
-    page.get_by_label("Sample", exact=True).select_option(label="Both ventricles · lifelike")
-    page.wait_for_selector(f"{READY}:has-text('biv')")
-    page.click(RUN)
-    page.wait_for_selector(f"{SHOWN}:has-text('biv')", state="attached")
-    time.sleep(5)
-    print(f"| memory while other levels are fitted, MB | {resident(visitor.server):.0f} | |")
-    note = page.locator(".hg-note:has-text('in the background')")
-    wait(lambda: note.count() == 0)
-    time.sleep(45)
-    print(f"| memory afterwards, MB | {resident(visitor.server):.0f} | |")
-    seconds = []
-    slider = page.get_by_role("slider").first
-    for key in ["ArrowRight"] * 4 + ["ArrowLeft"] * 4:
-        before = page.locator(".hg-frame").screenshot()
-        start = time.perf_counter()
-        slider.focus()
-        page.keyboard.press(key)
-        wait(lambda seen=before: page.locator(".hg-frame").screenshot() != seen)
-        seconds.append(time.perf_counter() - start)
-    told = ", ".join(f"{s:.2f}" for s in seconds)
-    print(f"| level switch to another picture, s | {statistics.median(seconds):.2f} | {told} |")
 
 
 def processes(server: int, folder: str) -> list[psutil.Process]:
