@@ -67,7 +67,7 @@ class OtherLevels:
         assert keeping is not None
 
         def told(step: str, done: float) -> None:
-            if self._at is not run:
+            if self._at is not run or keeping.store.left:
                 raise Cancelled("no longer of use")
 
         def arrived(result: Personalization) -> None:
@@ -76,7 +76,7 @@ class OtherLevels:
         try:
             keeping.fit_others(run, levels, told, arrived)
         except Cancelled:
-            return
+            pass
         except Exception:  # the run itself is there: its levels can be asked for, and say why not
             self._given_up.add(run.number)
         session.post(lambda: self._end(run))

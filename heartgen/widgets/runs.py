@@ -71,6 +71,22 @@ class Outcome:
         return f"{self.run} · {name or self.case.name} · LoD {self.lod}"
 
 
+@dataclass(frozen=True, eq=False)
+class Waiting:
+    """A heart that waits to be read and fitted.
+
+    Attributes
+    ----------
+    origin : dict of str to str
+        Where it comes from, as of `InputCase`.
+    options : Options
+        Of its run.
+    """
+
+    origin: dict[str, str]
+    options: Options
+
+
 class Run(HasTraits):
     """A run, from waiting to its end.
 

@@ -6,7 +6,7 @@ state lives.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -18,7 +18,16 @@ from heartgen.errors import HeartgenError, sentence
 from heartgen.widgets.costs import Costs
 from heartgen.widgets.input_case import load_file
 from heartgen.widgets.memory import release_memory
-from heartgen.widgets.runs import ALL_LEVELS, Make, Outcome, Post, Run, fit_here, with_lod
+from heartgen.widgets.runs import (
+    ALL_LEVELS,
+    Make,
+    Outcome,
+    Post,
+    Run,
+    Waiting,
+    fit_here,
+    with_lod,
+)
 from heartgen.widgets.session_input import SessionInput
 
 if TYPE_CHECKING:
@@ -86,46 +95,49 @@ class Session(SessionInput):
         options = self.choices.options()
         return self._begin(self.case, options, levels or (options.lod,), make)
 
-    def start_all(self, paths: Iterable[Path], scheme: str, frame: str = "") -> Future[None]:
-        """Start a run for each of several files, with the choices of the moment.
+    def start_all(
+        self, origins: Iterable[Mapping[str, str]], options: Options | None = None
+    ) -> Future[None]:
+        """Start a run for each of several files.
 
         Parameters
         ----------
-        paths : iterable of Path
-            Files and folders.
-        scheme, frame : str
-            As of `heartgen.widgets.input_case.load_file`.
+        origins : iterable of dict of str to str
+            Files and folders, as of `InputCase`.
+        options : Options, optional
+            Of the runs; the choices of the moment if omitted.
         """
-        options = self.choices.options()
-        origins = [{"file": str(path), "scheme": scheme, "frame": frame} for path in paths]
-        self.queue = [*self.queue, *origins]
+        options = options or self.choices.options()
+        waiting = [Waiting(dict(origin), options) for origin in origins]
+        self.queue = [*self.queue, *waiting]
 
         def read() -> None:
-            for origin in origins:
+            for each in waiting:
+                origin = each.origin
                 if self.keeping is not None and not self.keeping.store.mine:
                     return  # whoever has the session now reads the rest
                 try:
-                    case = load_file(Path(origin["file"]), scheme, frame)
+                    case = load_file(Path(origin["file"]), origin["scheme"], origin["frame"])
                     if self.keeping is not None:
                         self.keeping.keep_case(case)
                 except Exception as error:
-                    self.post(partial(self._refuse_one, origin, sentence(error)))
+                    self.post(partial(self._refuse_one, each, sentence(error)))
                 else:
-                    self.post(partial(self._begin_one, origin, case, options))
+                    self.post(partial(self._begin_one, each, case))
 
         return self.submit(read)
 
-    def _refuse_one(self, origin: dict[str, str], said: str) -> None:
+    def _refuse_one(self, heart: Waiting, said: str) -> None:
         self.refused = [*self.refused, said]
-        self._read_one(origin)
+        self._read_one(heart)
 
-    def _begin_one(self, origin: dict[str, str], case: InputCase, options: Options) -> None:
-        self._begin(case, options, (options.lod,), None)
-        self._read_one(origin)
+    def _begin_one(self, heart: Waiting, case: InputCase) -> None:
+        self._begin(case, heart.options, (heart.options.lod,), None)
+        self._read_one(heart)
 
-    def _read_one(self, origin: dict[str, str]) -> None:
+    def _read_one(self, heart: Waiting) -> None:
         """A heart of several does not wait any more."""
-        self.queue = [other for other in self.queue if other is not origin]
+        self.queue = [other for other in self.queue if other is not heart]
 
     def _begin(
         self, case: InputCase, options: Options, levels: tuple[int, ...], make: Make | None

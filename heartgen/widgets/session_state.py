@@ -5,7 +5,7 @@ from __future__ import annotations
 from traitlets import Any, Bool, Dict, HasTraits, Instance, Int, List, Unicode
 
 from heartgen.widgets.run_options import RunOptions
-from heartgen.widgets.runs import Outcome, Run
+from heartgen.widgets.runs import Outcome, Run, Waiting
 
 
 class SessionState(HasTraits):
@@ -40,8 +40,10 @@ class SessionState(HasTraits):
     cursor : (3,) tuple or None
         A point of the heart that was clicked in a slice or in the 3-D view, mm, world (LPS).
     states : dict of str to StepState
-    queue : list of dict of str to str
-        Where hearts come from that wait to be read and fitted, as of `InputCase`.
+    hearts : list of dict of str to str
+        Where the hearts come from that were uploaded at once, as of `InputCase`.
+    queue : list of Waiting
+        Hearts that wait to be read and fitted.
     unkept : str
         Why what is done is not written down at the moment; empty if it is.
     refused : list of str
@@ -67,7 +69,8 @@ class SessionState(HasTraits):
     taken = Unicode("")
     cursor = Any(None, allow_none=True)
     states = Dict()
-    queue: List[dict[str, str]] = List()
+    hearts: List[dict[str, str]] = List()
+    queue: List[Waiting] = List()
     unkept = Unicode("")
     refused: List[str] = List()
     ahead = Bool(True)

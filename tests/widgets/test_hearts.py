@@ -82,6 +82,11 @@ def test_frames_are_asked_for_where_there_may_be_some(tmp_path):
     assert may_have_frames(cine)
 
 
+def origin(path):
+    """Where a heart comes from."""
+    return {"file": str(path), "scheme": "binary", "frame": ""}
+
+
 @pytest.mark.slow
 def test_all_of_several_are_fitted_and_told_in_a_table(tmp_path):
     good = [image(tmp_path / f"{name}.nii.gz") for name in ("one", "two")]
@@ -89,7 +94,7 @@ def test_all_of_several_are_fitted_and_told_in_a_table(tmp_path):
     bad.write_text("no image")
     session = Session()
     session.choices.optimize = False
-    session.start_all([good[0], bad, good[1]], "binary").result()
+    session.start_all(map(origin, (good[0], bad, good[1]))).result()
     session._fits.submit(lambda: None).result()
     assert [run.phase for run in session.runs] == ["done", "done"]
     assert "bad.nii.gz" in session.refused[0]
@@ -118,10 +123,10 @@ def test_a_heart_that_is_looked_at_lends_its_mesh_to_no_other(tmp_path, kept):
     two = image(tmp_path / "two.nii.gz", samples.lifelike_lv(3.0).mask.voxels[::-1])
     session = Session(keeping=Keeping(store.begun()))
     session.choices.optimize = False
-    session.start_all([one], "binary").result()
+    session.start_all([origin(one)]).result()
     session._fits.submit(lambda: None).result()
     session.show(session.outcomes[0])
-    session.start_all([two], "binary").result()
+    session.start_all([origin(two)]).result()
     session._fits.submit(lambda: None).result()
     assert session.runs[1].reused == ()
     first, second = (run.outcomes[0].result.mesh.dofs for run in session.runs)
@@ -135,11 +140,12 @@ def test_hearts_that_wait_come_back(tmp_path, kept):
     session.choices.optimize = False
     paths = [image(place.uploads / f"{name}.nii.gz") for name in ("one", "two")]
     session._pool.submit(time.sleep, 0.5)  # so that it is left before they are read
-    session.start_all(paths, "binary")
+    session.start_all(map(origin, paths))
+    session.choices.optimize = True  # for what is begun later
     again = Keeping(store.begun())
     there = store.found(place.key)
     past = again.past(there)
-    assert [origin["file"] for origin in past.queue] == [str(path) for path in paths]
+    assert [each.origin for each in past.queue] == [origin(path) for path in paths]
     session._pool.submit(lambda: None).result()
     assert session.runs == []  # whoever has the session now reads them
     session.close()
@@ -148,6 +154,7 @@ def test_hearts_that_wait_come_back(tmp_path, kept):
     past.restore(later)
     later._pool.submit(lambda: None).result()
     assert [run.case.name for run in later.runs] == ["one.nii.gz", "two.nii.gz"]
+    assert not any(run.options.optimize for run in later.runs)
     assert later.queue == []
     for run in later.runs:
         run.cancel()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import time
 import zipfile
 
@@ -237,7 +238,15 @@ def test_what_cannot_be_written_is_told(small, monkeypatch):
     left(page)
 
 
-def test_a_process_that_dies_before_it_begins_is_given_up(small, monkeypatch):
+@pytest.fixture
+def deadly_pipes():
+    """A signal as some libraries leave it: to write to a dead process ends whoever writes."""
+    before = signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGPIPE, before)
+
+
+def test_a_process_that_dies_before_it_begins_is_given_up(small, monkeypatch, deadly_pipes):
     monkeypatch.setattr("sys.executable", "/bin/false")
     page = opened("lifelike")
     page.session.start().result(WAITING)
@@ -260,6 +269,27 @@ def test_an_upload_that_was_being_read_is_read_again(coarse_file):
     again = opened("lifelike", mine=page.back.store.key)
     settled(again.session)
     assert again.session.case.name == path.name
+
+
+def test_several_hearts_are_offered_again(coarse_file):
+    page = opened()
+    one = coarse_file(page.session.folder / "hearts")
+    two = one.rename(one.with_name("two.nii.gz"))
+    coarse_file(one.parent)
+    page.source._arrived(one.parent)
+    settled(page.session)
+    page.source.several.which.value = str(two)
+    settled(page.session)
+    page.source.scheme.value = "auto"  # of all of them, and the one that is looked at is read anew
+    settled(page.session)
+    left(page)
+    again = opened(mine=page.back.store.key)
+    settled(again.session)
+    several = again.source.several
+    assert [name for name, _ in several.which.options] == ["coarse.nii.gz", "two.nii.gz"]
+    assert {heart["scheme"] for heart in again.session.hearts} == {"auto"}
+    assert several.which.value == str(two)
+    assert several.widget.layout.display == ""
 
 
 @pytest.mark.slow
@@ -412,7 +442,7 @@ def coarse_file():
     ras = np.diag([-1.0, -1.0, 1.0, 1.0]) @ mask.affine
 
     def make(folder):
-        folder.mkdir(parents=True)
+        folder.mkdir(parents=True, exist_ok=True)
         path = folder / "coarse.nii.gz"
         nibabel.save(nibabel.Nifti1Image(mask.voxels.astype(np.uint8), ras), path)
         return path

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
 import psutil
@@ -121,8 +122,9 @@ class Fitter:
             process = self._living()
             assert process.stdin is not None
             try:
-                process.stdin.write(f"{job.folder}\n")
-                process.stdin.flush()
+                with _broken_pipes_told():
+                    process.stdin.write(f"{job.folder}\n")
+                    process.stdin.flush()
             except OSError:
                 return None
             return process
@@ -162,10 +164,29 @@ class Fitter:
         return self._process
 
 
+@contextmanager
+def _broken_pipes_told() -> Iterator[None]:
+    """Have a write to a process that is dead raise an error, and not end this one.
+
+    Python sees to that, but libraries (Gmsh is one) bring back the system's default, which is to
+    end whoever writes, without a word.
+    """
+    if not hasattr(signal, "pthread_sigmask"):  # a system that has no such signal
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPIPE})
+    try:
+        yield
+    finally:
+        if signal.SIGPIPE in signal.sigpending():
+            signal.sigwait({signal.SIGPIPE})
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _close_input(process: subprocess.Popen[str]) -> None:
     """Let go of the pipe to a process, be it alive or dead."""
     if process.stdin is not None:
-        with suppress(OSError):
+        with suppress(OSError), _broken_pipes_told():
             process.stdin.close()
 
 

@@ -14,7 +14,7 @@ from heartgen.options import ANALYZED, OPTIONS
 from heartgen.widgets.input_case import InputCase
 from heartgen.widgets.keeping.jobs import Input, Job, options_of
 from heartgen.widgets.keeping.store import Store
-from heartgen.widgets.runs import ALL_LEVELS, Make, Outcome, Run
+from heartgen.widgets.runs import ALL_LEVELS, Make, Outcome, Run, Waiting
 
 if TYPE_CHECKING:
     from heartgen.anatomy import Anatomy
@@ -46,8 +46,10 @@ class Past:
         What was looked at.
     origin : dict of str to str
         Of the input that was being read, if there was one.
-    queue : tuple of dict of str to str
-        Origins of inputs that waited to be read and fitted.
+    hearts : tuple of dict of str to str
+        Origins of hearts that were uploaded at once.
+    queue : tuple of Waiting
+        Hearts that waited to be read and fitted.
     taken : str
         What was downloaded last.
     numbers : dict of InputCase to int
@@ -60,7 +62,8 @@ class Past:
     runs: tuple[Run, ...]
     shown: Outcome | None
     origin: dict[str, str]
-    queue: tuple[dict[str, str], ...]
+    hearts: tuple[dict[str, str], ...]
+    queue: tuple[Waiting, ...]
     taken: str
     numbers: dict[InputCase, int]
 
@@ -77,13 +80,14 @@ class Past:
                 setattr(session.choices, name, value)
         session.resume(self.case, self.anatomy, self.runs, self.shown)
         session.taken = self.taken
+        session.hearts = list(self.hearts)
         if "sample" in self.origin:
             session.load_sample(self.origin["sample"])
         elif "file" in self.origin:
             path = Path(self.origin["file"])
             session.load_file(path, self.origin["scheme"], self.origin["frame"])
         for waiting in self.queue:
-            session.start_all([Path(waiting["file"])], waiting["scheme"], waiting["frame"])
+            session.start_all([waiting.origin], waiting.options)
 
 
 class PastReader:
@@ -105,7 +109,7 @@ class PastReader:
         """All of it."""
         told = self._store.read()
         if told is None:
-            return Past({}, None, None, (), None, {}, (), "", {})
+            return Past({}, None, None, (), None, {}, (), (), "", {})
         numbers = {told["case"], *(run["case"] for run in told["runs"])} - {None}
         cases = {number: self._case(number) for number in sorted(numbers)}
         choices = {name: _as_chosen(value) for name, value in told["choices"].items()}
@@ -122,7 +126,12 @@ class PastReader:
             runs,
             (shown or [None])[0],
             self._origin(told["origin"]) if told["awaited"] else {},
-            tuple(filter(None, map(self._origin, told.get("queue", ())))),
+            tuple(filter(None, map(self._origin, told.get("hearts", ())))),
+            tuple(
+                Waiting(origin, options_of(each["options"]))
+                for each in told.get("queue", ())
+                if (origin := self._origin(each["origin"]))
+            ),
             told["taken"],
             {case: number for number, case in cases.items()},
         )

@@ -24,7 +24,18 @@ if TYPE_CHECKING:
     from heartgen.widgets.runs import Make, Progress, Run
     from heartgen.widgets.session import Session
 
-WRITTEN = ("case", "origin", "awaited", "queue", "runs", "outcomes", "shown", "taken", "states")
+WRITTEN = (
+    "case",
+    "origin",
+    "awaited",
+    "hearts",
+    "queue",
+    "runs",
+    "outcomes",
+    "shown",
+    "taken",
+    "states",
+)
 """Attributes of a session at whose changes it is written down."""
 
 
@@ -269,7 +280,11 @@ class Keeping:
             "case": self._numbers.get(session.case) if session.case else None,
             "origin": self._told_origin(session.origin),
             "awaited": session.awaited and not session.complaint,
-            "queue": [self._told_origin(origin) for origin in session.queue],
+            "hearts": [self._told_origin(origin) for origin in session.hearts],
+            "queue": [
+                {"origin": self._told_origin(each.origin), "options": asdict(each.options)}
+                for each in session.queue
+            ],
             "choices": {name: getattr(session.choices, name) for name in OPTIONS},
             "runs": [self._told(run) for run in runs],
             "shown": None if shown is None else [shown.run, shown.lod],

@@ -87,6 +87,11 @@ class Store:
         with suppress(OSError):
             (self.folder / HELD).touch()
 
+    @property
+    def left(self) -> bool:
+        """Whether the page was closed, as far as is known."""
+        return self.lasting and time.time() - _held(self.folder) > HELD_SECONDS
+
     def write(self, state: dict[str, Any]) -> None:
         """Write down how the session stands, unless somebody else has it.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,8 +23,6 @@ class SeveralPanel:
 
     def __init__(self, session: Session) -> None:
         self.session = session
-        self.hearts: tuple[Path, ...] = ()
-        self.scheme = self.frame = ""
         self.note = text("", "hg-note")
         self.which = widgets.Dropdown(description="Heart", options=[("", "")])
         self.which.tooltip = "The one that is looked at"
@@ -39,40 +36,36 @@ class SeveralPanel:
         self.widget = widgets.VBox(
             [self.note, self.which, classed(widgets.HBox([self.fit]), "hg-buttons")]
         )
-        self.widget.layout.display = "none"
         self._offering = False
         self.which.observe(self._look, "value")
+        session.observe(self._offer, ["hearts", "case"])
         session.observe(self._draw, ["refused"])
+        self._offer()
 
-    def offer(self, hearts: Sequence[Path], scheme: str, frame: str) -> None:
-        """Offer hearts; one alone is no choice.
-
-        Parameters
-        ----------
-        hearts : sequence of Path
-            Files and folders.
-        scheme, frame : str
-            As of `heartgen.widgets.input_case.load_file`.
-        """
-        self.hearts, self.scheme, self.frame = tuple(hearts), scheme, frame
+    def _offer(self, _: Any = None) -> None:
+        """Offer the hearts; one alone is no choice."""
+        hearts = [Path(origin["file"]) for origin in self.session.hearts]
         self.widget.layout.display = "" if len(hearts) > 1 else "none"
         self._offering = True
         self.which.options = [(path.name, str(path)) for path in hearts] or [("", "")]
+        at = self.session.origin.get("file", "")
+        if Path(at) in hearts:
+            self.which.value = at
         self._offering = False
-        self.session.refused = []
         self._draw()
 
     def _look(self, change: Any) -> None:
-        if change["new"] and not self._offering:
-            self.session.load_file(Path(change["new"]), self.scheme, self.frame)
+        if not self._offering:
+            chosen = next(o for o in self.session.hearts if o["file"] == change["new"])
+            self.session.load_file(Path(chosen["file"]), chosen["scheme"], chosen["frame"])
 
     def _fit(self) -> None:
         self.session.refused = []
-        self.session.start_all(self.hearts, self.scheme, self.frame)
+        self.session.start_all(self.session.hearts)
 
     def _draw(self, _: Any = None) -> None:
         told = "".join(
             f'<p class="hg-complaint" role="alert">{html.escape(sentence)}</p>'
             for sentence in self.session.refused
         )
-        self.note.value = f"<p>{len(self.hearts)} hearts were uploaded.</p>{told}"
+        self.note.value = f"<p>{len(self.session.hearts)} hearts were uploaded.</p>{told}"

@@ -124,7 +124,7 @@ class SourcePanel:
     def _chosen(self, change: Any) -> None:
         if change["new"] and not self._recalling:
             self._uploaded = None
-            self.several.offer((), "", "")
+            self.session.hearts = []
             self.frame.layout.display = "none"
             self.session.load_sample(change["new"])
 
@@ -141,8 +141,10 @@ class SourcePanel:
         self._uploaded = hearts[0]
         self.frame.layout.display = "" if may_have_frames(hearts[0]) else "none"
         self.sample.value = ""
+        self.session.refused = []
+        several = hearts if len(hearts) > 1 else []
+        self.session.hearts = [{"file": str(path)} for path in several]
         self._read()
-        self.several.offer(hearts, *self._said())
 
     def recall(self) -> None:
         """Say of the input that was brought back where it comes from."""
@@ -171,9 +173,16 @@ class SourcePanel:
         self._read()
 
     def _read(self, _: Any = None) -> None:
-        """Read the uploaded file anew, as what it is now said to be."""
-        if self._uploaded is not None:
-            self.session.load_file(self._uploaded, *self._said())
+        """Read the uploaded file anew, as what it is now said to be; of several, what is shown."""
+        if self._uploaded is None:
+            return
+        session, (scheme, frame) = self.session, self._said()
+        hearts = [{**heart, "scheme": scheme, "frame": frame} for heart in session.hearts]
+        at = session.origin.get("file", "")
+        if any(heart["file"] == at for heart in hearts):
+            self._uploaded = Path(at)
+        session.load_file(self._uploaded, scheme, frame)
+        session.hearts = hearts
 
     def _said(self) -> tuple[str, str]:
         """Scheme and frame, as the visitor says they are."""
