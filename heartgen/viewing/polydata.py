@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -127,6 +128,10 @@ def _face_edges(mesh: HexMesh, n: int) -> NDArray[np.float64]:
     return np.concatenate([grid[:, 0], grid[:, -1], grid[:, :, 0], grid[:, :, -1]])
 
 
+_isosurface = lru_cache(2)(isosurface)
+"""Of the hearts that are looked at, whose meshes are drawn and measured one after the other."""
+
+
 def mask_surface(myocardium: LevelSet, limit: int | None = None) -> pv.PolyData:
     """Isosurface of the mask.
 
@@ -142,7 +147,7 @@ def mask_surface(myocardium: LevelSet, limit: int | None = None) -> pv.PolyData:
     PolyData
         Triangles, mm, world (LPS), with normals.
     """
-    target = isosurface(myocardium)
+    target = _isosurface(myocardium)
     surface = poly_data(target.points, target.triangles, target.normals)
     if limit is None or surface.n_cells <= limit:
         return surface
@@ -170,7 +175,7 @@ def to_mask(points: NDArray[Any], myocardium: LevelSet) -> NDArray[np.float64]:
     -------
     (n,) float64, mm
     """
-    return distance_to(isosurface(myocardium), np.asarray(points, dtype=float))
+    return distance_to(_isosurface(myocardium), np.asarray(points, dtype=float))
 
 
 def to_surface(points: NDArray[np.float64], surface: pv.PolyData) -> NDArray[np.float64]:

@@ -165,7 +165,7 @@ def mask_scene(anatomy: Anatomy) -> Scene:
     anatomy : Anatomy
         The patient's heart, measured.
     """
-    surface = placed(mask_surface(anatomy.myocardium, MAX_TRIANGLES), anatomy)
+    surface = placed(_mask_of(anatomy).copy(), anatomy)
     opacity = ALONE_OPACITY if anatomy.slices is None else WHOLE_OPACITY
     surface.point_data["rgba"] = rgba(MASK, np.full(surface.n_points, opacity))
     contours = both_contours(anatomy, DARK)
@@ -192,8 +192,10 @@ def mesh_scene(outcome: Outcome, view: SceneView) -> Scene:
     if view.lines == "depth":
         mesh, lines, painted = fibers_within(drawn.patch, view.depth)
     else:
-        other = None if view.against is None else view.against.result.mesh
-        painted = COLORINGS[view.color].paint(replace(drawn.patch, other=other), view.limit)
+        patch = drawn.patch
+        if view.against is not None:
+            patch = replace(patch, other=view.against.result.mesh)
+        painted = COLORINGS[view.color].paint(patch, view.limit)
         mesh = drawn.surface.copy(deep=False)
         mesh.point_data["rgba"] = opaque(painted.rgb)
         lines = _lines(drawn, view.lines, LIGHT if view.color == "error" else DARK)
@@ -251,6 +253,24 @@ def _probe(drawn: _Drawn, mesh: pv.PolyData) -> Probe:
     return Probe(element, drawn.patch.quality, values)
 
 
+def prepare(outcome: Outcome) -> None:
+    """Make what takes long of a mesh's scene, before somebody looks at it.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        The mesh.
+    """
+    _drawn(outcome, _stages(outcome)[-1].key)
+    _views(outcome)
+
+
+@lru_cache(2)
+def _mask_of(anatomy: Anatomy) -> pv.PolyData:
+    """The mask's surface, world (LPS): that of all meshes of a heart."""
+    return mask_surface(anatomy.myocardium, MAX_TRIANGLES)
+
+
 @dataclass(frozen=True, eq=False)
 class _Drawn:
     """The geometry of one stage of one result, before it is colored and cut."""
@@ -277,7 +297,7 @@ def _drawn(outcome: Outcome, key: str) -> _Drawn:
             data.points = registered(np.asarray(data.points), result).astype(np.float32)
         surface.point_data["Normals"] = mesh_surface(result.warped).point_data["Normals"]
         surface.point_data.active_normals_name = "Normals"
-    mask = mask_surface(anatomy.myocardium, MAX_TRIANGLES)
+    mask = _mask_of(anatomy).copy()
     misfit = to_surface(np.asarray(mask.points), surface)
     patch = PaintedFaces(result, mesh, np.asarray(surface.points, dtype=float))
     surface.point_data[ELEMENT] = patch.of_faces(mesh.topology.external[:, 0]).astype(np.float32)

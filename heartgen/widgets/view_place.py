@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from typing import Any
 
 import ipywidgets as widgets
@@ -51,7 +52,7 @@ class ViewPlace:
         self._told, self._pointed = told, pointed
         self._task: asyncio.Task[None] | None = None
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="heartgen-view")
-        self._ask = 0
+        self._ask = self._done = 0
 
     def open(self) -> None:
         """Have the view started, once, where there is a loop: else nobody is looking."""
@@ -79,10 +80,30 @@ class ViewPlace:
         self._ask += 1
         self._pool.submit(self._make, self._ask, scene, made, failed)
 
+    def prepare(self, work: Callable[[], None]) -> None:
+        """Have something done in the thread when no scene waits to be made.
+
+        Parameters
+        ----------
+        work : callable
+            Makes what scenes will need.
+        """
+        self._pool.submit(self._prepare, work)
+
+    def _prepare(self, work: Callable[[], None]) -> None:
+        """In the thread: let scenes go first."""
+        if self._ask != self._done:
+            self.prepare(work)
+            return
+        with suppress(Exception):  # the scene itself will say what is wrong
+            work()
+        release_memory()
+
     def _make(
         self, ask: int, scene: Callable[[], Any], made: Made, failed: Callable[[str], None]
     ) -> None:
         """In the thread: make the newest scene only."""
+        self._done = ask
         if ask != self._ask:
             return
         try:

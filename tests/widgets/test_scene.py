@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from threading import Event
 
 import matplotlib
 import numpy as np
@@ -16,9 +17,11 @@ from heartgen.widgets.mesh_scene import (
     SceneView,
     mask_scene,
     mesh_scene,
+    prepare,
 )
 from heartgen.widgets.panels import view
 from heartgen.widgets.scene_cuts import CUTS
+from heartgen.widgets.view_place import ViewPlace
 from heartgen.widgets.viewer import HeartView
 
 VIEW = SceneView()
@@ -108,6 +111,34 @@ def test_mask_can_be_hidden_and_edges_too(finished):
     scene = mesh_scene(finished.shown, replace(VIEW, mask="off", lines="off"))
     assert scene.mask.n_points == scene.edges.n_points == 0
     assert mask_scene(finished.anatomy).mask.n_points > 0
+
+
+def test_meshes_of_a_heart_share_its_mask_and_leave_it_where_it_is(finished):
+    shown = finished.shown
+    other = replace(shown, run=shown.run + 1)
+    prepare(other)
+    alone, first, second = (
+        mask_scene(shown.result.anatomy),
+        mesh_scene(shown, SceneView()),
+        mesh_scene(other, SceneView()),
+    )
+    np.testing.assert_array_equal(first.mask.points, alone.mask.points)
+    np.testing.assert_array_equal(second.mask.points, alone.mask.points)
+    np.testing.assert_array_equal(colors(first), colors(second))
+
+
+def test_scenes_go_before_what_is_prepared():
+    done = []
+    place = ViewPlace(lambda: None, lambda change: change())
+    begin = Event()
+    place.make(begin.wait, lambda scene: done.append("first"), done.append)
+    place.prepare(lambda: done.append("prepared"))
+    place.prepare(lambda: 1 / 0)  # harms nobody
+    place.make(lambda: None, lambda scene: done.append("second"), done.append)
+    begin.set()
+    while len(done) < 2:
+        place._pool.submit(lambda: None).result()
+    assert done == ["second", "prepared"]  # the first was no longer asked for
 
 
 def test_mask_shows_more_where_the_template_misses_it(finished):

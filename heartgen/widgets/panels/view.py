@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import ipywidgets as widgets
@@ -99,6 +100,7 @@ class ViewPanel:
         for control in (self.stage, *controls):
             control.observe(self._draw, "value")
         session.observe(self._draw, ["anatomy", "shown", "against"])
+        session.observe(self._prepare, ["outcomes"])
         session.observe(self._mark, ["cursor"])
         self.widget = classed(
             widgets.VBox(
@@ -150,6 +152,14 @@ class ViewPanel:
             return
         shown, anatomy, wanted = session.shown, session.anatomy, self._wanted()
         self.place.make(lambda: _scene(shown, anatomy, wanted), self._show, self._failed)
+
+    def _prepare(self, change: Any) -> None:
+        """Have ready what the scenes of further levels need: they are shown as they are chosen."""
+        if self.place.view is None:
+            return
+        for outcome in change["new"]:
+            if outcome not in change["old"] and outcome is not self.session.shown:
+                self.place.prepare(partial(_ready, outcome))
 
     def _offer(self, masks: tuple[tuple[str, str], ...]) -> None:
         """Ways to show the mask that suit the case; of a stack, its contours at first."""
@@ -238,6 +248,13 @@ def _scene(shown: Any, anatomy: Any, wanted: dict[str, Any]) -> Any:
     from heartgen.widgets.mesh_scene import SceneView, mask_scene, mesh_scene
 
     return mask_scene(anatomy) if shown is None else mesh_scene(shown, SceneView(**wanted))
+
+
+def _ready(outcome: Any) -> None:
+    """Have ready what takes long of a scene."""
+    from heartgen.widgets.mesh_scene import prepare
+
+    prepare(outcome)
 
 
 def _moving(shown: Any) -> Any:
