@@ -121,6 +121,7 @@ def manifest(outcome: Outcome, files: dict[str, str]) -> dict[str, Any]:
     report = outcome.result.report
     return {
         "input": {"name": outcome.case.name, "sha256": outcome.case.sha256},
+        "views": [view.name for view in outcome.case.views],
         "options": asdict(outcome.result.options),
         "versions": report.versions,
         "success": report.success,

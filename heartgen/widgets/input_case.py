@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,6 +25,9 @@ BINARY = "binary"
 AUTO = "auto"
 """Scheme of a label map that says by its labels which it is."""
 
+VIEWS = "views"
+"""Part of an input's origin: files of further views."""
+
 
 @dataclass(frozen=True, eq=False)
 class InputCase:
@@ -41,7 +44,10 @@ class InputCase:
     description : str
         One sentence, of samples.
     origin : dict of str to str
-        Name of the ``sample``; or ``file``, ``scheme`` and ``frame`` as of `load_file`.
+        Name of the ``sample``; or ``file``, ``scheme`` and ``frame`` as of `load_file`, and its
+        ``views``, a path in each line.
+    views : tuple of Mask
+        Further views of the heart, such as long-axis slices, of a mask that is a stack.
     """
 
     mask: Mask
@@ -49,6 +55,7 @@ class InputCase:
     sha256: str
     description: str = ""
     origin: Mapping[str, str] = field(default_factory=dict)
+    views: tuple[Mask, ...] = ()
 
     @property
     def name(self) -> str:
@@ -164,8 +171,24 @@ def load_sample(name: str) -> InputCase:
     return InputCase(sample.mask, code, digest.hexdigest(), sample.description, {"sample": name})
 
 
+def load_origin(origin: Mapping[str, str]) -> InputCase:
+    """Read what an input came from.
+
+    Parameters
+    ----------
+    origin : dict of str to str
+        With a ``file``, as of `InputCase`.
+    """
+    views = origin.get(VIEWS, "").splitlines()
+    return load_file(
+        Path(origin["file"]), origin["scheme"], origin["frame"], tuple(map(Path, views))
+    )
+
+
 @worded_for("page")
-def load_file(path: Path, scheme: str = BINARY, frame: str = "") -> InputCase:
+def load_file(
+    path: Path, scheme: str = BINARY, frame: str = "", views: Sequence[Path] = ()
+) -> InputCase:
     """Read a mask or a label map.
 
     Parameters
@@ -176,6 +199,8 @@ def load_file(path: Path, scheme: str = BINARY, frame: str = "") -> InputCase:
         ``"binary"``, the name of a scheme of labels, ``"auto"``, or roles as on the command line.
     frame : str
         Of a cine: number of the frame from 1, ``"ED"`` or ``"ES"``; empty for one volume.
+    views : sequence of Path
+        Files with further views of the heart, read alike.
 
     Returns
     -------
@@ -187,25 +212,41 @@ def load_file(path: Path, scheme: str = BINARY, frame: str = "") -> InputCase:
         With one sentence that says what is wrong, where, and what to do; a `LabelMapError` where
         the file is a label map that would be read as such.
     """
+    mask, code = _read(path, scheme, frame)
+    origin = {"file": str(path), "scheme": scheme, "frame": frame}
+    if not views:
+        return InputCase(mask, code, _digest(path), origin=origin)
+    further = [_read(view, scheme, frame, view=True) for view in views]
+    names = ", ".join(view.name for view in views)
+    return InputCase(
+        mask,
+        f"[{', '.join([code, *(each for _, each in further)])}]",
+        _digest(path),
+        f"With further views of the heart: {names}.",
+        {**origin, VIEWS: "\n".join(map(str, views))},
+        tuple(each for each, _ in further),
+    )
+
+
+def _read(path: Path, scheme: str, frame: str, view: bool = False) -> tuple[Mask, str]:
+    """What is in a file, and the Python expression that reads it."""
     from heartgen import read_labels, read_mask
     from heartgen.images.schemes import scheme_from_text
 
     chosen = frame.strip() or None
     told = "" if chosen is None else f", frame={chosen!r}"
-    if scheme == BINARY:
-        try:
-            mask = read_mask(path, frame=chosen)
-        except InputError as error:
-            if _is_label_map(path, chosen):
-                raise LabelMapError(error, AUTO) from error
-            raise
-        code = f"heartgen.read_mask({path.name!r}{told})"
-    else:
+    told += ", view=True" if view else ""
+    if scheme != BINARY:
         labeling = scheme_from_text(scheme)
-        mask = read_labels(path, labeling, frame=chosen)
-        code = f"heartgen.read_labels({path.name!r}, {labeling!r}{told})"
-    origin = {"file": str(path), "scheme": scheme, "frame": frame}
-    return InputCase(_nowhere(mask), code, _digest(path), origin=origin)
+        mask = read_labels(path, labeling, frame=chosen, view=view)
+        return _nowhere(mask), f"heartgen.read_labels({path.name!r}, {labeling!r}{told})"
+    try:
+        mask = read_mask(path, frame=chosen, view=view)
+    except InputError as error:
+        if _is_label_map(path, chosen, view):
+            raise LabelMapError(error, AUTO) from error
+        raise
+    return _nowhere(mask), f"heartgen.read_mask({path.name!r}{told})"
 
 
 def _nowhere(mask: Mask) -> Mask:
@@ -215,12 +256,12 @@ def _nowhere(mask: Mask) -> Mask:
     return replace(mask, source={**mask.source, "path": Path(mask.source["path"]).name})
 
 
-def _is_label_map(path: Path, frame: str | None) -> bool:
+def _is_label_map(path: Path, frame: str | None, view: bool) -> bool:
     """Whether a file can be read as a label map of a known scheme."""
     from heartgen import read_labels
 
     try:
-        read_labels(path, AUTO, frame=frame)
+        read_labels(path, AUTO, frame=frame, view=view)
     except HeartgenError:
         return False
     return True
@@ -237,9 +278,9 @@ def analyze_case(case: InputCase, options: Options) -> Anatomy:
     options : Options
         Of the pipeline.
     """
-    from heartgen.anatomy import analyze_under
+    from heartgen.anatomy import analyze_under, with_views
 
-    return analyze_under(case.mask, options)
+    return with_views(analyze_under(case.mask, options), case.views)
 
 
 def _digest(path: Path) -> str:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from traitlets import List, Unicode
 
-from heartgen.errors import Cancelled
+from heartgen.errors import Cancelled, HeartgenError
 from heartgen.images.schemes import KEPT
 from heartgen.options import STEPS
 from heartgen.saved_result import keep_mask
@@ -174,6 +174,10 @@ def fit_there(client: Client) -> Make:
     def make(run: Run, anatomy: Anatomy | None, progress: Progress) -> Sequence[Personalization]:
         with TemporaryDirectory(prefix="heartgen-") as place:
             mask = run.case.mask
+            if run.case.views:
+                raise HeartgenError(
+                    "the service takes one image of a heart: fit one with further views here"
+                )
             sent = keep_mask(mask, Path(place))
             selection = {} if mask.blood is None else {"labels": KEPT.name}
             chosen = changed_options(replace(run.options, lod=run.levels[0]))

@@ -178,7 +178,8 @@ class Run(HasTraits):
         try:
             self.raise_if_stopped()
             post(lambda: self._become("running"))
-            results = self.make(self, anatomy, lambda step, done: self._report(step, done, post))
+            measured = self._measured(anatomy)
+            results = self.make(self, measured, lambda step, done: self._report(step, done, post))
             self.raise_if_stopped()
         except Cancelled:
             return
@@ -188,6 +189,14 @@ class Run(HasTraits):
         else:
             outcomes = tuple(Outcome(self.number, self.case, result, self) for result in results)
             post(lambda: self._finish(outcomes))
+
+    def _measured(self, anatomy: Anatomy | None) -> Anatomy | None:
+        """What a fit begins with: further views count where the heart is measured."""
+        if anatomy is not None or not self.case.views:
+            return anatomy
+        from heartgen.widgets.input_case import analyze_case
+
+        return analyze_case(self.case, self.options)
 
     def raise_if_stopped(self) -> None:
         """End the work of a run that was cancelled.

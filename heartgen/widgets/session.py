@@ -9,14 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from traitlets import Bunch, observe
 
 from heartgen.errors import HeartgenError, sentence
 from heartgen.widgets.costs import Costs
-from heartgen.widgets.input_case import load_file
+from heartgen.widgets.input_case import load_origin
 from heartgen.widgets.memory import release_memory
 from heartgen.widgets.runs import (
     ALL_LEVELS,
@@ -117,7 +116,7 @@ class Session(SessionInput):
                 if self.keeping is not None and not self.keeping.store.mine:
                     return  # whoever has the session now reads the rest
                 try:
-                    case = load_file(Path(origin["file"]), origin["scheme"], origin["frame"])
+                    case = load_origin(origin)
                     if self.keeping is not None:
                         self.keeping.keep_case(case)
                 except Exception as error:

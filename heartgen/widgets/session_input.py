@@ -19,7 +19,7 @@ from heartgen.widgets.input_case import (
     InputCase,
     LabelMapError,
     analyze_case,
-    load_file,
+    load_origin,
     load_sample,
 )
 from heartgen.widgets.run_options import RunOptions
@@ -107,6 +107,19 @@ class SessionInput(SessionState):
         origin = {"sample": name}
         return self._load(f"making the sample {name}", lambda: load_sample(name), origin)
 
+    def load_origin(self, origin: Mapping[str, str]) -> Future[None]:
+        """Take for the input what one came from.
+
+        Parameters
+        ----------
+        origin : dict of str to str
+            As of `InputCase`.
+        """
+        if "sample" in origin:
+            return self.load_sample(origin["sample"])
+        doing = f"reading {Path(origin['file']).name}"
+        return self._load(doing, lambda: load_origin(origin), origin)
+
     def load_file(self, path: Path, scheme: str = BINARY, frame: str = "") -> Future[None]:
         """Take a file for the input.
 
@@ -119,8 +132,7 @@ class SessionInput(SessionState):
         frame : str
             As of `heartgen.widgets.input_case.load_file`.
         """
-        origin = {"file": str(path), "scheme": scheme, "frame": frame}
-        return self._load(f"reading {path.name}", lambda: load_file(path, scheme, frame), origin)
+        return self.load_origin({"file": str(path), "scheme": scheme, "frame": frame})
 
     def refuse(self, sentence: str) -> None:
         """Say why an input was not even read.

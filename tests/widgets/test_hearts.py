@@ -13,15 +13,18 @@ import pytest
 
 from heartgen import samples
 from heartgen.errors import InputError
+from heartgen.widgets.bundle import manifest, reproduce
 from heartgen.widgets.hearts import hearts_in, may_have_frames, unpacked
 from heartgen.widgets.keeping import store
+from heartgen.widgets.keeping.archive import open_saved, saved
 from heartgen.widgets.keeping.session import Keeping
+from heartgen.widgets.panels.source import SourcePanel
 from heartgen.widgets.results_table import results_csv
 from heartgen.widgets.session import Session
 
 
-def image(path, voxels=None):
-    mask = samples.lifelike_lv(3.0).mask
+def image(path, voxels=None, mask=None):
+    mask = mask or samples.lifelike_lv(3.0).mask
     voxels = mask.voxels if voxels is None else voxels
     ras = np.diag([-1.0, -1.0, 1.0, 1.0]) @ mask.affine
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -159,3 +162,51 @@ def test_hearts_that_wait_come_back(tmp_path, kept):
     for run in later.runs:
         run.cancel()
     later.close()
+
+
+@pytest.mark.slow
+def test_views_of_one_heart_are_fitted_together_and_come_back(tmp_path, kept):
+    place = store.begun()
+    stack, dense = samples.lifelike_lv((2.0, 2.0, 10.0)).mask, samples.lifelike_lv(2.0).mask
+    slice_ = np.zeros_like(dense.voxels)
+    middle = int(np.argwhere(dense.voxels).mean(0)[0])
+    slice_[middle] = dense.voxels[middle]
+    short = image(place.uploads / "short.nii.gz", mask=stack)
+    image(place.uploads / "long.nii.gz", slice_, dense)
+    session = Session(keeping=Keeping(place))
+    session.choices.optimize = False
+    source = SourcePanel(session)
+    source._arrived(place.uploads)
+    session._pool.submit(lambda: None).result()
+    assert "long.nii.gz" in session.complaint  # alone, it is no heart
+    source.several.which.value = str(short)
+    session._pool.submit(lambda: None).result()
+    alone = len(session.anatomy.slices.outline.points)
+    source.several.together.value = True
+    session._pool.submit(lambda: None).result()
+    both = len(session.anatomy.slices.outline.points)
+    assert both > alone + 50
+    assert source.several.fit.layout.display == "none"
+    session.start().result()
+    (outcome,) = session.outcomes
+    assert len(outcome.result.anatomy.slices.outline.points) == both
+    assert "[heartgen.read_mask('short.nii.gz'), heartgen.read_mask('long.nii.gz', view=True)]" in (
+        reproduce(outcome)
+    )
+    assert manifest(outcome, {})["views"] == ["long.nii.gz"]
+    session.close()
+    again = Keeping(store.begun())
+    there = store.found(place.key)
+    past = again.past(there)
+    later = Session(keeping=again)
+    again.move(there, past)
+    past.restore(later)
+    later.choices.base = "plane"  # is measured anew, with the views
+    later._pool.submit(lambda: None).result()
+    assert later.case.views[0].name == "long.nii.gz"
+    assert len(later.anatomy.slices.outline.points) > alone + 50
+    later.close()
+    (tmp_path / "saved").write_bytes(saved(there))
+    other = store.begun()
+    open_saved(tmp_path / "saved", other)
+    assert len(other.load_case(past.numbers[past.case])[1]) == 1

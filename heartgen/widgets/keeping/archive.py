@@ -18,7 +18,7 @@ ENDING = ".heartgen"
 
 HELD = re.compile(
     r"session\.json"
-    r"|cases/\d+/(about\.json|mask\.pack|measured-[0-9a-f]{16}\.pack)"
+    r"|cases/\d+/(about\.json|mask\.pack|views\.pack|measured-[0-9a-f]{16}\.pack)"
     r"|jobs/\d+(-others)?/(job\.json|ended\.json|lod-[1-5]\.pack)"
 )
 """Files of a session's folder that belong into it: not what was uploaded, nor what goes on."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from heartgen.errors import HeartgenError, InputError
 from heartgen.options import ANALYZED, OPTIONS
-from heartgen.widgets.input_case import InputCase
+from heartgen.widgets.input_case import VIEWS, InputCase
 from heartgen.widgets.keeping.jobs import Input, Job, options_of
 from heartgen.widgets.keeping.store import Store
 from heartgen.widgets.runs import ALL_LEVELS, Make, Outcome, Run, Waiting
@@ -81,11 +81,8 @@ class Past:
         session.resume(self.case, self.anatomy, self.runs, self.shown)
         session.taken = self.taken
         session.hearts = list(self.hearts)
-        if "sample" in self.origin:
-            session.load_sample(self.origin["sample"])
-        elif "file" in self.origin:
-            path = Path(self.origin["file"])
-            session.load_file(path, self.origin["scheme"], self.origin["frame"])
+        if self.origin:
+            session.load_origin(self.origin)
         for waiting in self.queue:
             session.start_all([waiting.origin], waiting.options)
 
@@ -155,15 +152,21 @@ class PastReader:
 
     def _case(self, number: int) -> InputCase:
         """An input."""
-        mask, about = self._store.load_case(number)
-        return InputCase(mask, **{**about, "origin": self._origin(about["origin"])})
+        mask, views, about = self._store.load_case(number)
+        return InputCase(mask, **{**about, "origin": self._origin(about["origin"]), "views": views})
 
     def _origin(self, told: Mapping[str, str]) -> dict[str, str]:
         """Where an input comes from; nowhere if its file is not there any more."""
         if "file" not in told:
             return dict(told)
-        path = self._store.folder / told["file"]
-        return {**told, "file": str(path)} if path.is_file() else {}
+        found = {
+            name: [self._store.folder / line for line in told[name].splitlines()]
+            for name in ("file", VIEWS)
+            if name in told
+        }
+        if not all(path.exists() for paths in found.values() for path in paths):
+            return {}
+        return {**told, **{name: "\n".join(map(str, paths)) for name, paths in found.items()}}
 
     def _run(self, told: dict[str, Any], case: InputCase) -> Run:
         """A run with its meshes; one that went on waits to go on."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from heartgen.errors import Cancelled
 from heartgen.options import OPTIONS
+from heartgen.widgets.input_case import VIEWS, InputCase
 from heartgen.widgets.keeping.fits import Arrived, Fitter
 from heartgen.widgets.keeping.jobs import Job
 from heartgen.widgets.keeping.past import OTHERS, Past, PastReader, job_of, measured_name
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from heartgen.anatomy import Anatomy
     from heartgen.options import Options
     from heartgen.result import Personalization
-    from heartgen.widgets.input_case import InputCase
     from heartgen.widgets.runs import Make, Progress, Run
     from heartgen.widgets.session import Session
 
@@ -92,7 +92,7 @@ class Keeping:
         }
         with self._lock:
             if case not in self._numbers:
-                self._numbers[case] = self.store.keep_case(case.mask, about)
+                self._numbers[case] = self.store.keep_case(case.mask, about, case.views)
 
     def keep_anatomy(self, case: InputCase, options: Options, anatomy: Anatomy) -> None:
         """Write down what was measured in an input.
@@ -265,7 +265,14 @@ class Keeping:
         """Where an input comes from, as it is written: its file as seen from the session."""
         if "file" not in origin:
             return dict(origin)
-        return {**origin, "file": os.path.relpath(origin["file"], self.store.folder)}
+        near = {
+            name: "\n".join(
+                os.path.relpath(path, self.store.folder) for path in origin[name].splitlines()
+            )
+            for name in ("file", VIEWS)
+            if name in origin
+        }
+        return {**origin, **near}
 
     def _write(self, _: Any) -> None:
         """Write down how the session stands."""

@@ -9,7 +9,7 @@ import shutil
 import tempfile
 import time
 import uuid
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -139,7 +139,7 @@ class Store:
         """
         return self.folder / "cases" / str(number)
 
-    def keep_case(self, mask: Mask, about: dict[str, Any]) -> int:
+    def keep_case(self, mask: Mask, about: dict[str, Any], views: Sequence[Mask] = ()) -> int:
         """Write an input, and give it a number that no other has, whoever writes beside.
 
         Parameters
@@ -148,6 +148,8 @@ class Store:
             The myocardium.
         about : dict
             What else is known of it, plain values.
+        views : sequence of Mask
+            Further views of the heart.
         """
         cases = self.folder / "cases"
         cases.mkdir(parents=True, exist_ok=True)
@@ -158,6 +160,8 @@ class Store:
                 break
             number += 1
         pack(mask, self.mask_file(number))
+        if views:
+            pack(tuple(views), self.views_file(number))
         write_json(self.case(number) / "about.json", about)
         return number
 
@@ -189,6 +193,16 @@ class Store:
         """
         return self.case(number) / "mask.pack"
 
+    def views_file(self, number: int) -> Path:
+        """File of further views of an input's heart.
+
+        Parameters
+        ----------
+        number : int
+            Of the input.
+        """
+        return self.case(number) / "views.pack"
+
     def anatomy_file(self, number: int, name: str) -> Path:
         """File of what was measured in an input.
 
@@ -201,15 +215,17 @@ class Store:
         """
         return self.case(number) / f"measured-{name}.pack"
 
-    def load_case(self, number: int) -> tuple[Mask, dict[str, Any]]:
-        """Read an input.
+    def load_case(self, number: int) -> tuple[Mask, tuple[Mask, ...], dict[str, Any]]:
+        """Read an input, the further views of its heart, and what else is known of it.
 
         Parameters
         ----------
         number : int
             Of the input.
         """
-        return unpack(self.mask_file(number)), read_json(self.case(number) / "about.json")
+        file = self.views_file(number)
+        views = unpack(file) if file.is_file() else ()
+        return unpack(self.mask_file(number)), views, read_json(self.case(number) / "about.json")
 
     def load_anatomy(self, number: int, name: str, mask: Mask) -> Anatomy | None:
         """Read what was measured in an input; None if it was not under these options.

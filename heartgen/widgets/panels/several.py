@@ -8,7 +8,8 @@ from typing import Any
 
 import ipywidgets as widgets
 
-from heartgen.widgets.parts import button, classed, text
+from heartgen.widgets.input_case import VIEWS
+from heartgen.widgets.parts import button, choose, classed, text
 from heartgen.widgets.session import Session
 
 
@@ -33,12 +34,21 @@ class SeveralPanel:
             self._fit,
             "hg-primary",
         )
+        self.together = choose(
+            (("Hearts, one each", False), ("Views of one heart", True)),
+            False,
+            "They are",
+            "Views: to the stack that is looked at, the contours of the others are added, such as "
+            "those of long-axis slices",
+        )
+        classed(self.together, "hg-above")
         self.widget = widgets.VBox(
-            [self.note, self.which, classed(widgets.HBox([self.fit]), "hg-buttons")]
+            [self.note, self.together, self.which, classed(widgets.HBox([self.fit]), "hg-buttons")]
         )
         self._offering = False
-        self.which.observe(self._look, "value")
-        session.observe(self._offer, ["hearts", "case"])
+        self.which.observe(self.look, "value")
+        self.together.observe(self.look, "value")
+        session.observe(self._offer, ["hearts", "origin"])
         session.observe(self._draw, ["refused"])
         self._offer()
 
@@ -51,13 +61,20 @@ class SeveralPanel:
         at = self.session.origin.get("file", "")
         if Path(at) in hearts:
             self.which.value = at
+        self.together.value = Path(at) in hearts and VIEWS in self.session.origin
         self._offering = False
         self._draw()
 
-    def _look(self, change: Any) -> None:
-        if not self._offering:
-            chosen = next(o for o in self.session.hearts if o["file"] == change["new"])
-            self.session.load_file(Path(chosen["file"]), chosen["scheme"], chosen["frame"])
+    def look(self, _: Any = None) -> None:
+        """Look at a heart: one of the files, or what all of them show together."""
+        if self._offering:
+            return
+        hearts = self.session.hearts
+        chosen = next(heart for heart in hearts if heart["file"] == self.which.value)
+        others = [heart["file"] for heart in hearts if heart is not chosen]
+        views = {VIEWS: "\n".join(others)} if self.together.value else {}
+        self._draw()
+        self.session.load_origin({**chosen, **views})
 
     def _fit(self) -> None:
         self.session.refused = []
@@ -68,4 +85,5 @@ class SeveralPanel:
             f'<p class="hg-complaint" role="alert">{html.escape(sentence)}</p>'
             for sentence in self.session.refused
         )
-        self.note.value = f"<p>{len(self.session.hearts)} hearts were uploaded.</p>{told}"
+        self.note.value = f"<p>{len(self.session.hearts)} images were uploaded.</p>{told}"
+        self.fit.layout.display = "none" if self.together.value else ""

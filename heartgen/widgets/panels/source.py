@@ -181,8 +181,11 @@ class SourcePanel:
         at = session.origin.get("file", "")
         if any(heart["file"] == at for heart in hearts):
             self._uploaded = Path(at)
-        session.load_file(self._uploaded, scheme, frame)
         session.hearts = hearts
+        if self.several.together.value and hearts:
+            self.several.look()
+        else:
+            session.load_file(self._uploaded, scheme, frame)
 
     def _said(self) -> tuple[str, str]:
         """Scheme and frame, as the visitor says they are."""
