@@ -8,8 +8,11 @@ MEMORY_SHARE = 0.5
 """Of the machine's memory that one process may take."""
 
 IDLE_SECONDS = 120
-"""Time after which a kernel without a page is ended: whoever comes back gets another one, which
-finds the session where it was."""
+"""Time after which a kernel without a page is ended where the dashboard alone is served: whoever
+comes back gets another one, which finds the session where it was."""
+
+IDLE_SECONDS_UNKEPT = 600
+"""The same where there are pages whose work ends with their kernel."""
 
 CULL_SECONDS = 30
 """Time between two looks for such kernels."""

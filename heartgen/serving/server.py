@@ -18,6 +18,7 @@ from heartgen.errors import HeartgenError
 from heartgen.serving.limits import (
     CULL_SECONDS,
     IDLE_SECONDS,
+    IDLE_SECONDS_UNKEPT,
     MESSAGE_BYTES,
     OUTPUT_BYTES_PER_SECOND,
     limit_memory,
@@ -224,7 +225,9 @@ def arguments(place: Address, folder: Path) -> list[str]:
         "IdentityProvider.token": token,
         "PasswordIdentityProvider.password_required": False,
         "MappingKernelManager.allowed_message_types": WIDGET_MESSAGES,
-        "MappingKernelManager.cull_idle_timeout": IDLE_SECONDS,
+        "MappingKernelManager.cull_idle_timeout": (
+            IDLE_SECONDS if place.page == DASHBOARD else IDLE_SECONDS_UNKEPT
+        ),
         "MappingKernelManager.cull_interval": CULL_SECONDS,
         "ZMQChannelsWebsocketConnection.iopub_data_rate_limit": OUTPUT_BYTES_PER_SECOND,
     }

@@ -43,6 +43,7 @@ class ComingBack:
         self.address = ""
         self.keeper = Keeper(self.greet, self._beat)
         self.followed: list[Callable[[], Any]] = []
+        self.resumed: list[Callable[[], Any]] = []
         session.observe(self._draw_unsaved, ["runs", "outcomes", "taken", "states"])
         session.observe(self._run_once_ready, ["states"])
 
@@ -96,16 +97,15 @@ class ComingBack:
             The file.
         """
         store = begun()
-        for run in self._session.runs:
-            run.cancel()
+        self._leave_work()
         self._read(store, lambda: open_saved(path, store), f"opening {path.name}", fresh=True)
 
     def begin_anew(self) -> None:
         """Forget the session, and everything that is kept of it."""
-        for run in self._session.runs:
-            run.cancel()
+        self._leave_work()
         self.keeper.begin_anew()
-        self.store.remove()
+        if self.store.mine:
+            self.store.remove()
 
     def saved(self) -> None:
         """The visitor has all that was done."""
@@ -151,10 +151,17 @@ class ComingBack:
         """Be as the session was."""
         session, keeping = self._session, self._session.keeping
         assert keeping is not None
+        self._leave_work()  # what was begun in the meantime would be written into the other
         keeping.move(store, past)
         past.restore(session)
         self._follow()
         self._known()
+
+    def _leave_work(self) -> None:
+        """End what goes on, and begin nothing that waits."""
+        self._session.queue = []
+        for run in self._session.runs:
+            run.cancel()
 
     def _stay(self, said: str) -> None:
         """Go on without a session that could not be read."""
@@ -175,7 +182,11 @@ class ComingBack:
         """A sign of life: whether the session is still this page's."""
         if not self.store.mine:
             return False
+        was_left = self.store.left  # as far as was known: computers sleep
         self.store.hold()
+        if was_left:
+            for resume in self.resumed:
+                resume()
         return True
 
     def _draw_unsaved(self, change: Any) -> None:

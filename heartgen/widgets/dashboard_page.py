@@ -77,6 +77,7 @@ class Page:
         session = self.session
         self.back = ComingBack(session, first)
         self.others = OtherLevels(session)
+        self.back.resumed.append(self.others.consider)
         atexit.register(self.others.close)
         self.source = SourcePanel(session)
         self.source.opened = self.back.open_file

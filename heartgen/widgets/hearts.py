@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import lzma
 import shutil
 import zipfile
+import zlib
 from pathlib import Path
 from typing import Any
 
 from heartgen.errors import InputError
+from heartgen.widgets.transfer import safe_name
 
 ZIP = ".zip"
 
@@ -16,6 +19,12 @@ MOST_BYTES = 4_000_000_000
 
 MOST_FILES = 5000
 """Of one archive: a series of DICOM slices has hundreds."""
+
+DAMAGES = (
+    *(zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError),
+    *(OSError, RuntimeError, NotImplementedError, ValueError),
+)
+"""What a damaged archive, or one of another kind, ends in."""
 
 
 def hearts_in(path: Path) -> list[Path]:
@@ -41,17 +50,26 @@ def hearts_in(path: Path) -> list[Path]:
         path = unpacked(path)
     if not path.is_dir():
         return [path]
+    return _hearts_under(path) or [path]  # reading it says that there is no image
+
+
+def _hearts_under(folder: Path) -> list[Path]:
+    """Hearts of a folder, and of those in it."""
     from heartgen.images.file_kinds import ENDINGS
     from heartgen.images.folder import PAIRED, is_one_heart, structure_files
 
-    folder = _inmost(path)
+    for archive in [file for file in _files(folder) if file.suffix.lower() == ZIP]:
+        unpacked(archive)
+    files = _files(folder)
+    folders = sorted(p for p in folder.iterdir() if p.is_dir() and not p.name.startswith("."))
+    inside = [heart for each in folders for heart in _hearts_under(each)]
     endings = tuple(ending for ending in ENDINGS if ending not in PAIRED)
-    images = [file for file in _files(folder) if file.name.lower().endswith(endings)]
-    if not images:  # DICOM files often have no ending
+    images = [file for file in files if file.name.lower().endswith(endings)]
+    if files and not images and not inside:  # DICOM files often have no ending
         return [folder]
     if structure_files(folder) and is_one_heart(folder):
-        return [folder]
-    return images
+        return [folder, *inside]
+    return [*images, *inside]
 
 
 def may_have_frames(path: Path) -> bool:
@@ -89,8 +107,9 @@ def unpacked(path: Path) -> Path:
             if sum(i.file_size for i in infos) > MOST_BYTES or len(infos) > MOST_FILES:
                 raise InputError(f"{path.name}: This archive holds too much: send less at once.")
             for info in infos:
+                info.filename = "/".join(map(safe_name, info.filename.split("/")))
                 archive.extract(info, folder)  # never outside of it
-    except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError) as error:
+    except DAMAGES as error:
         shutil.rmtree(folder, ignore_errors=True)
         raise InputError(
             f"{path.name}: This archive cannot be unpacked ({error}): pack it again as plain zip."
@@ -106,16 +125,6 @@ def _is_of_use(name: str) -> bool:
     parts = name.split("/")
     hidden = any(part.startswith((".", "__MACOSX")) for part in parts if part)
     return not hidden and not name.endswith("/")
-
-
-def _inmost(folder: Path) -> Path:
-    """The folder that has files, where folders lie in each other."""
-    while not _files(folder):
-        inside = [path for path in folder.iterdir() if path.is_dir()]
-        if len(inside) != 1:
-            break
-        folder = inside[0]
-    return folder
 
 
 def _files(folder: Path) -> list[Path]:

@@ -27,7 +27,7 @@ class OtherLevels:
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="heartgen-others")
         self._at: Run | None = None
         self._given_up: set[int] = set()
-        session.observe(self._consider, ["shown", "runs", "states", "ahead"])
+        session.observe(self.consider, ["shown", "runs", "states", "ahead"])
         session.choices.observe(self._chosen, ["lod"])
 
     def close(self) -> None:
@@ -35,7 +35,7 @@ class OtherLevels:
         self._leave()
         self._pool.shutdown(wait=False, cancel_futures=True)
 
-    def _consider(self, _: Any = None) -> None:
+    def consider(self, _: Any = None) -> None:
         """Begin with what is missing, and leave what is no longer of use."""
         run = self._wanted()
         if run is self._at:
@@ -65,6 +65,8 @@ class OtherLevels:
         """In the thread: wait for them."""
         session, keeping = self._session, self._session.keeping
         assert keeping is not None
+        if self._at is not run:
+            return
 
         def told(step: str, done: float) -> None:
             if self._at is not run or keeping.store.left:
@@ -96,7 +98,9 @@ class OtherLevels:
         """Show the level that was chosen, if it is there."""
         session = self._session
         shown = session.shown
-        if shown is None or shown.case is not session.case or session.active_run is not None:
+        if shown is None or shown.case is not session.case:
+            return
+        if session.awaited or session.active_run is not None:
             return
         try:
             outcome = session.fitted(session.choices.lod)

@@ -113,6 +113,8 @@ class Session(SessionInput):
         def read() -> None:
             for each in waiting:
                 origin = each.origin
+                if each not in self.queue:
+                    continue
                 if self.keeping is not None and not self.keeping.store.mine:
                     return  # whoever has the session now reads the rest
                 try:
@@ -127,10 +129,13 @@ class Session(SessionInput):
         return self.submit(read)
 
     def _refuse_one(self, heart: Waiting, said: str) -> None:
-        self.refused = [*self.refused, said]
-        self._read_one(heart)
+        if heart in self.queue:
+            self.refused = [*self.refused, said]
+            self._read_one(heart)
 
     def _begin_one(self, heart: Waiting, case: InputCase) -> None:
+        if heart not in self.queue:  # another session was opened
+            return
         self._begin(case, heart.options, (heart.options.lod,), None)
         self._read_one(heart)
 

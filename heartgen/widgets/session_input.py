@@ -164,7 +164,8 @@ class SessionInput(SessionState):
     @property
     def active_run(self) -> Run | None:
         """The run that goes on, or waits."""
-        return next((run for run in reversed(self.runs) if run.active), None)
+        active = [run for run in self.runs if run.active]
+        return next((run for run in active if run.phase == "running"), next(iter(active), None))
 
     def anatomy_for(self, case: InputCase, options: Options) -> Anatomy | None:
         """The anatomy of a case, if it was measured under these options.

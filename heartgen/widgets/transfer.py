@@ -85,7 +85,8 @@ class Upload(anywidget.AnyWidget):
         path : Path
             Of a file.
         """
-        own = [folder for folder in path.parents if folder.name.startswith(OWN)]
+        place = self._folder()
+        own = [f for f in path.parents if f.name.startswith(OWN) and f.parent == place]
         self._place = own[0] if own else Path()
 
     def _hear(self, _: Any, message: dict[str, Any], buffers: list[Any]) -> None:
@@ -108,6 +109,12 @@ class Upload(anywidget.AnyWidget):
                 f"{message['name']} has {int(message['size']) / MEGABYTE:.0f} MB, more than the "
                 f"{self.limit / MEGABYTE:.0f} MB that are taken here: crop it to the heart, or "
                 "save it compressed (.nii.gz)"
+            )
+        elif kind == "unread":
+            self._end()
+            self._refused(
+                f"{message['name']} cannot be read by the browser: of a folder, choose the files "
+                "in it, or a zip of it"
             )
         elif kind == "begin":
             self._left = int(message.get("left", 0))

@@ -13,13 +13,16 @@ import pytest
 
 from heartgen import samples
 from heartgen.errors import InputError
+from heartgen.options import Options
 from heartgen.widgets.bundle import manifest, reproduce
 from heartgen.widgets.hearts import hearts_in, may_have_frames, unpacked
+from heartgen.widgets.input_case import InputCase
 from heartgen.widgets.keeping import store
 from heartgen.widgets.keeping.archive import open_saved, saved
 from heartgen.widgets.keeping.session import Keeping
 from heartgen.widgets.panels.source import SourcePanel
 from heartgen.widgets.results_table import results_csv
+from heartgen.widgets.runs import Run
 from heartgen.widgets.session import Session
 
 
@@ -75,6 +78,68 @@ def test_archives_stay_in_their_place_and_within_bounds(tmp_path, monkeypatch):
     monkeypatch.setattr("heartgen.widgets.hearts.MOST_BYTES", 99)
     with pytest.raises(InputError, match="too much"):
         unpacked(folder / "large.zip")
+
+
+def test_archives_and_folders_in_an_upload_are_hearts_too(tmp_path):
+    one, two, three = (image(tmp_path / n / f"{n}.nii.gz") for n in ("one", "two", "three"))
+    with zipfile.ZipFile(tmp_path / "one" / "two.zip", "w") as archive:
+        archive.write(two, "a/two.nii.gz")
+        archive.write(three, "b/thr\nee.nii.gz")
+    names = [path.name for path in hearts_in(one.parent)]
+    assert names == ["one.nii.gz", "two.nii.gz", "three.nii.gz"]
+
+
+def test_damaged_archives_are_refused_wherever_the_damage_is(tmp_path):
+    with zipfile.ZipFile(tmp_path / "whole.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.write(image(tmp_path / "one.nii"), "one.nii")
+    content = (tmp_path / "whole.zip").read_bytes()
+    for at in np.linspace(40, len(content) - 100, 12, dtype=int):
+        spoiled = tmp_path / "spoiled.zip"
+        spoiled.write_bytes(content[:at] + bytes(8) + content[at + 8 :])
+        with pytest.raises(InputError, match="cannot be unpacked"):
+            unpacked(spoiled)
+
+
+def test_a_frame_that_was_asked_for_is_not_asked_of_a_still_image(tmp_path):
+    mask = samples.lifelike_lv(3.0).mask
+    cine = image(tmp_path / "cine.nii.gz", np.stack([mask.voxels] * 2, axis=-1))
+    still = image(tmp_path / "still.nii.gz")
+    session = Session()
+    source = SourcePanel(session)
+    source._arrived(cine)
+    source.frame.value = "2"
+    source._arrived(still)
+    session._pool.submit(lambda: None).result()
+    assert session.complaint == ""
+    assert session.case.name == "still.nii.gz"
+    session.close()
+
+
+def test_a_session_beside_images_is_told(tmp_path):
+    image(tmp_path / "one.nii.gz")
+    (tmp_path / "s.heartgen").write_text("")
+    session = Session()
+    SourcePanel(session)._arrived(tmp_path)
+    assert "s.heartgen is a session" in session.complaint
+    session.close()
+
+
+def test_cancel_is_of_the_run_that_goes_on():
+    session = Session()
+    case, options = session_case(), Options()
+    session.runs = [Run(case, options, number=n, levels=(1,)) for n in (1, 2, 3)]
+    assert session.active_run is session.runs[0]
+    session.runs[1].phase = "running"
+    assert session.active_run is session.runs[1]
+    for run in session.runs:
+        run.phase = "cancelled"
+    assert session.active_run is None
+    session.close()
+
+
+def session_case():
+    mask = samples.lifelike_lv(3.0).mask
+    return InputCase(mask, "mask", "")
 
 
 def test_frames_are_asked_for_where_there_may_be_some(tmp_path):

@@ -16,10 +16,11 @@ from heartgen.errors import HeartgenError, InputError
 from heartgen.options import Options
 from heartgen.widgets import dashboard
 from heartgen.widgets.keeping import store as stores
-from heartgen.widgets.keeping.archive import ENDING, open_saved, saved
+from heartgen.widgets.keeping.archive import ENDING, _check_code, open_saved, saved
 from heartgen.widgets.keeping.packing import pack, unpack
 from heartgen.widgets.keeping.session import Keeping
 from heartgen.widgets.links import Link, query_of
+from heartgen.widgets.runs import Waiting
 from heartgen.widgets.session import Session
 
 WAITING = 300
@@ -417,6 +418,120 @@ def test_sessions_that_were_left_long_ago_go(place):
     stores.clean(place, most=500)
     assert [stores.found(store.key) is not None for store in (old, new, large)] == [0, 1, 0]
     assert new.folder.stat().st_mode & 0o077 == 0
+
+
+EVIL = (
+    "heartgen.read_mask.__globals__.get('__builtins__').get('eval')('1+41')",
+    "heartgen.read_mask(heartgen.read_mask('x'))",
+    "heartgen.os.system('ls')",
+    "open('x')",
+    "heartgen.read_mask",
+    "[",
+)
+GOOD = (
+    "heartgen.samples.load('biv').mask",
+    "[heartgen.read_labels('a.nii', {'lv_myocardium': [2]}, frame='ES'), heartgen.read_mask('b')]",
+    "heartgen.Client('http://a').download_model('1', 'model').mask",
+)
+
+
+def test_code_of_a_session_reads_images_and_does_nothing_else():
+    for code in GOOD:
+        _check_code(code, "s.heartgen")
+    for code in EVIL:
+        with pytest.raises(InputError, match="did not write"):
+            _check_code(code, "s.heartgen")
+
+
+def test_a_session_that_was_sent_reads_no_files_but_its_own(place, small, tmp_path):
+    elsewhere = tmp_path / "upload-operator"
+    elsewhere.mkdir()
+    (elsewhere / "p.nii").write_text("secret")
+    store = stores.begun()
+    origin = {"file": str(elsewhere / "p.nii"), "scheme": "binary", "frame": ""}
+    waiting = {"origin": origin, "options": {}}
+    told_ = {"case": None, "origin": origin, "awaited": True, "queue": [waiting], "choices": {}}
+    store.write(told_ | {"hearts": [origin], "runs": [], "shown": None, "taken": ""})
+    keeping = Keeping(stores.begun())
+    past = keeping.past(stores.found(store.key))
+    assert (past.origin, past.hearts, past.queue) == ({}, (), ())
+    store.claim()
+    store.write(told_ | {"case": "../../other", "runs": [], "shown": None, "taken": ""})
+    with pytest.raises(InputError, match="damaged"):
+        keeping.past(stores.found(store.key))
+
+
+def test_a_session_that_comes_back_in_part_stays_on_the_disk_as_it_was(ran, monkeypatch):
+    root, key, _ = ran
+    monkeypatch.setenv(stores.PLACE, str(root))
+    before = (root / key / stores.STATE).read_text()
+    page = opened()
+    page.session.observe(lambda change: 1 / 0, ["runs"])
+    keeping, store = page.session.keeping, stores.found(key)
+    past = keeping.past(store)
+    keeping.move(store, past)
+    with pytest.raises(ZeroDivisionError):
+        past.restore(page.session)
+    assert (root / key / stores.STATE).read_text() == before
+    page.session.keeping = None
+
+
+def test_a_level_that_is_chosen_while_another_heart_is_read_does_not_bring_the_former_back(ran):
+    page = opened("lifelike")
+    session = page.session
+    session.ahead = False
+    session.choices.optimize = False
+    session.start((1, 2)).result(WAITING)
+    session._pool.submit(time.sleep, 0.5)
+    reading = session.load_sample("ideal")
+    session.choices.lod = 2
+    reading.result(WAITING)
+    assert session.case.code.endswith("('ideal').mask")
+    left(page)
+
+
+def test_what_waits_is_not_written_into_a_session_that_was_opened(ran, monkeypatch, tmp_path):
+    root, key, dofs = ran
+    monkeypatch.setenv(stores.PLACE, str(root))
+    (tmp_path / "s.heartgen").write_bytes(saved(stores.found(key)))
+    monkeypatch.setenv(stores.PLACE, str(tmp_path / "here"))
+    page = opened("lifelike")
+    session = page.session
+    session._fits.submit(time.sleep, 1.5)  # so that the run is still to be begun
+    session.start()
+    session.queue = [Waiting({"file": "x", "scheme": "binary", "frame": ""}, Options())]
+    page.source._arrived(tmp_path / "s.heartgen")
+    settled(session)
+    assert session.queue == []
+    assert len(session.runs) == 1
+    np.testing.assert_array_equal(session.shown.result.mesh.dofs, dofs)
+    left(page)
+    again = opened(mine=page.back.store.key)
+    np.testing.assert_array_equal(again.session.shown.result.mesh.dofs, dofs)
+    left(again)
+
+
+def test_a_tab_that_lost_its_session_does_not_forget_it_for_others(ran, monkeypatch):
+    page = opened("lifelike")
+    store = stores.found(page.back.store.key)
+    store.claim()
+    page.back.begin_anew()
+    assert store.folder.is_dir()
+    page.session.close()
+
+
+def test_a_heart_that_is_read_too_late_does_not_bring_a_forgotten_session_back(place, small):
+    store = stores.begun()
+    store.remove()
+    with pytest.raises(FileNotFoundError):
+        store.keep_case(samples.lifelike_lv(3.0).mask, {})
+    assert not store.folder.exists()
+
+
+def test_sessions_that_go_meanwhile_harm_no_new_one(place, monkeypatch):
+    stores.begun()
+    monkeypatch.setattr(stores, "clean", lambda root: (_ for _ in ()).throw(OSError("gone")))
+    assert stores.begun().folder.is_dir()
 
 
 def test_keys_lead_nowhere_else(place):

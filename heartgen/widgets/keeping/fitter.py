@@ -116,7 +116,8 @@ class _Teller:
         if self._unwanted.is_set() or not self._job.there or self._job.ended is not None:
             raise Cancelled("nobody waits for it")
         told: dict[str, Any] = {"step": step, "done": float(done), "passes": self._passes}
-        write_json(self._job.folder / PROGRESS, told)
+        with suppress(OSError):  # no reason to lose a fit
+            write_json(self._job.folder / PROGRESS, told)
 
 
 def _receive(jobs: SimpleQueue[str], alone: Event) -> None:

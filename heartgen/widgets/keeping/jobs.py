@@ -9,10 +9,12 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import time
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import psutil
 
@@ -29,6 +31,11 @@ JOB, PROGRESS, WORKER, ENDED = "job.json", "progress.json", "worker.json", "ende
 
 SETTING = 5.0
 """Seconds by which the begin of a process seems to move when the clock is set."""
+
+Given = TypeVar("Given")
+
+BUSY = (0.01, 0.05, 0.2, 0.5)
+"""Seconds between tries to get at a small file: Windows lets nobody replace one that is read."""
 
 Input = tuple["Mask", "Anatomy | None"]
 """What a fit begins with: the mask, and what was measured in it if it was."""
@@ -67,7 +74,7 @@ class Job:
         levels : tuple of int
             Levels of detail.
         """
-        self.folder.mkdir(parents=True, exist_ok=True)
+        self._make_folder()
         told = {
             "mask": os.path.relpath(mask, self.folder),
             "anatomy": None if anatomy is None else os.path.relpath(anatomy, self.folder),
@@ -147,7 +154,7 @@ class Job:
         known : (Mask, Anatomy or None)
             What it was made of.
         """
-        self.folder.mkdir(parents=True, exist_ok=True)
+        self._make_folder()
         pack(result, self._place(result.options.lod), known)
 
     def kept(self, levels: tuple[int, ...]) -> tuple[int, ...]:
@@ -225,6 +232,11 @@ class Job:
                 return process
         return None
 
+    def _make_folder(self) -> None:
+        """Make its folder, unless the session was removed."""
+        for folder in (self.folder.parent, self.folder):
+            folder.mkdir(exist_ok=True)
+
     def _place(self, level: int) -> Path:
         return self.folder / f"lod-{level}.pack"
 
@@ -255,7 +267,7 @@ def write_json(path: Path, value: Any) -> None:
     """
     temporary = path.with_name(f".{os.getpid()}-{path.name}")
     temporary.write_text(json.dumps(value), encoding="utf-8")
-    temporary.replace(path)
+    _patiently(lambda: temporary.replace(path))
 
 
 def read_json(path: Path) -> Any:
@@ -267,6 +279,15 @@ def read_json(path: Path) -> Any:
         The file.
     """
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        return json.loads(_patiently(lambda: path.read_text(encoding="utf-8")))
     except FileNotFoundError:
         return None
+
+
+def _patiently(act: Callable[[], Given]) -> Given:
+    """Get at a small file, be it that another process has it at the moment."""
+    for seconds in BUSY:
+        with suppress(PermissionError):
+            return act()
+        time.sleep(seconds)
+    return act()

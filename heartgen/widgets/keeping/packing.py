@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache
@@ -56,6 +57,12 @@ LEVEL = 1
 
 MOST = 4_000_000_000
 """Bytes of the arrays that are read from one file: a stop for files that are made to do harm."""
+
+DAMAGES = (
+    *(zipfile.BadZipFile, zlib.error, EOFError),
+    *(OSError, ValueError, LookupError, TypeError, AttributeError),
+)
+"""What a file that is damaged, or was made to do harm, ends in."""
 
 PLAIN = (str, int, float, bool, type(None))
 
@@ -107,7 +114,7 @@ def unpack(path: Path, known: Any = ()) -> Any:
             return _Reader(archive, known, path.parent).made(json.loads(archive.read(GRAPH)))
     except InputError:
         raise
-    except (OSError, ValueError, LookupError, TypeError, AttributeError, zipfile.BadZipFile) as e:
+    except DAMAGES as e:
         raise InputError(
             f"{path.name}: This is no file of a heartgen session, or it is damaged ({e})."
         ) from e

@@ -75,16 +75,18 @@ class Past:
         session : Session
             Whatever was done in it before is no longer seen.
         """
-        for name, value in self.choices.items():
-            if session.choices.has_trait(name):
-                setattr(session.choices, name, value)
-        session.resume(self.case, self.anatomy, self.runs, self.shown)
-        session.taken = self.taken
-        session.hearts = list(self.hearts)
-        if self.origin:
-            session.load_origin(self.origin)
-        for waiting in self.queue:
-            session.start_all([waiting.origin], waiting.options)
+        assert session.keeping is not None
+        with session.keeping.silent():
+            for name, value in self.choices.items():
+                if session.choices.has_trait(name):
+                    setattr(session.choices, name, value)
+            session.resume(self.case, self.anatomy, self.runs, self.shown)
+            session.taken = self.taken
+            session.hearts = list(self.hearts)
+            if self.origin:
+                session.load_origin(self.origin)
+            for waiting in self.queue:
+                session.start_all([waiting.origin], waiting.options)
 
 
 class PastReader:
@@ -108,6 +110,8 @@ class PastReader:
         if told is None:
             return Past({}, None, None, (), None, {}, (), (), "", {})
         numbers = {told["case"], *(run["case"] for run in told["runs"])} - {None}
+        if not all(isinstance(number, int) for number in numbers):
+            raise InputError("This session is damaged: its inputs have no numbers.")
         cases = {number: self._case(number) for number in sorted(numbers)}
         choices = {name: _as_chosen(value) for name, value in told["choices"].items()}
         runs = tuple(self._run(each, cases[each["case"]]) for each in told["runs"])
@@ -164,9 +168,11 @@ class PastReader:
             for name in ("file", VIEWS)
             if name in told
         }
-        if not all(path.exists() for paths in found.values() for path in paths):
+        paths = [path for each in found.values() for path in each]
+        uploads = self._store.uploads.resolve()  # a session that was sent may name any path
+        if not all(p.exists() and p.resolve().is_relative_to(uploads) for p in paths):
             return {}
-        return {**told, **{name: "\n".join(map(str, paths)) for name, paths in found.items()}}
+        return {**told, **{name: "\n".join(map(str, each)) for name, each in found.items()}}
 
     def _run(self, told: dict[str, Any], case: InputCase) -> Run:
         """A run with its meshes; one that went on waits to go on."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import shutil
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -55,7 +56,7 @@ class Keeping:
         self._reader = PastReader(store, self.fit)
         self._session: Session | None = None
         self._lock = threading.Lock()
-        self._written = False
+        self._written = self._silent = False
 
     def watch(self, session: Session) -> None:
         """Write the session down at every change.
@@ -223,6 +224,14 @@ class Keeping:
         if before.read() is None or not before.lasting:
             before.remove()
 
+    @contextmanager
+    def silent(self) -> Iterator[None]:
+        """Write the session down after all changes, if they could be made: half of it is none."""
+        self._silent = True
+        yield
+        self._silent = False
+        self._write(None)
+
     def _write_job(
         self, job: Job, run: Run, levels: tuple[int, ...], anatomy: Anatomy | None
     ) -> Anatomy | None:
@@ -277,7 +286,7 @@ class Keeping:
     def _write(self, _: Any) -> None:
         """Write down how the session stands."""
         session = self._session
-        if session is None:
+        if session is None or self._silent:
             return
         shown = session.shown
         runs = [run for run in session.runs if run.case in self._numbers]

@@ -35,8 +35,9 @@ KEPT_SECONDS = 24 * 3600
 KEPT_BYTES = 20_000_000_000
 """Most that all sessions take on the disk; beyond it those go first that were left first."""
 
-HELD_SECONDS = 60.0
-"""A page gives a sign of life much more often; without one for so long, it is closed."""
+HELD_SECONDS = 180.0
+"""Without a sign of life for so long, a page is closed: one gives them every ten seconds, and
+every minute where its tab is hidden."""
 
 KEY = re.compile(r"[A-Za-z0-9_-]{32}")
 """24 random bytes: nobody guesses them."""
@@ -152,7 +153,7 @@ class Store:
             Further views of the heart.
         """
         cases = self.folder / "cases"
-        cases.mkdir(parents=True, exist_ok=True)
+        cases.mkdir(exist_ok=True)  # not in a session that was removed
         number = 1
         while True:
             with suppress(FileExistsError):
@@ -259,7 +260,8 @@ def begun() -> Store:
     if root is None:
         store = Store(Path(tempfile.mkdtemp(prefix="heartgen-")), lasting=False)
     else:
-        clean(root)
+        with suppress(OSError):
+            clean(root)
         store = Store(root / secrets.token_urlsafe(24))
         store.folder.mkdir(mode=0o700)
     store.claim()
@@ -311,7 +313,7 @@ def clean(root: Path, most: int = KEPT_BYTES) -> None:
     for held, folder in left:
         if now - held > KEPT_SECONDS or sum(sizes.values()) > most:
             shutil.rmtree(folder, ignore_errors=True)
-            del sizes[folder]
+            sizes.pop(folder, None)
 
 
 def _sessions(root: Path) -> Iterable[Path]:
@@ -329,7 +331,8 @@ def _held(folder: Path) -> float:
 def _size(folder: Path) -> int:
     """Bytes of all files of a folder."""
     total = 0
-    for file in folder.rglob("*"):
-        with suppress(OSError):
-            total += file.stat().st_size
+    for at, _, names in os.walk(folder):  # folders that go meanwhile are passed over
+        for name in names:
+            with suppress(OSError):
+                total += os.stat(os.path.join(at, name)).st_size
     return total

@@ -104,8 +104,8 @@ class RunPanel:
         self.list.children = [r.widget for r in reversed(self.rows.values())]
 
     def _draw_progress(self, _: Any = None) -> None:
-        run = self.session.runs[-1] if self.session.runs else None
-        self.progress.value = "" if run is None or not run.active else progress_html(run)
+        run = self.session.active_run
+        self.progress.value = "" if run is None else progress_html(run)
 
 
 class RunRow:

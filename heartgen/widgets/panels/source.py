@@ -10,7 +10,7 @@ from typing import Any
 
 import ipywidgets as widgets
 
-from heartgen.errors import HeartgenError
+from heartgen.errors import HeartgenError, InputError
 from heartgen.widgets.hearts import hearts_in, may_have_frames
 from heartgen.widgets.input_case import AUTO, BINARY, sample_choices
 from heartgen.widgets.keeping.archive import ENDING
@@ -101,7 +101,7 @@ class SourcePanel:
         self.scheme.observe(self._scheme_chosen, "value")
         self.roles.observe(self._read, "value")
         self.frame.observe(self._read, "value")
-        session.observe(self._draw, ["case"])
+        session.observe(self._draw, ["case", "origin"])
         session.observe(self._draw_ways_on, ["states"])
         self.widget = widgets.VBox(
             [
@@ -134,12 +134,18 @@ class SourcePanel:
             self.opened(path)
             return
         try:
+            if path.is_dir() and (beside := next(path.glob(f"*{ENDING}"), None)):
+                raise InputError(f"{beside.name} is a session that was saved: upload it by itself.")
             hearts = hearts_in(path)
         except HeartgenError as error:
             self.session.refuse(str(error))
             return
+        framed = any(map(may_have_frames, hearts))
+        self._uploaded = None  # so that nothing is read anew by what follows
+        if not framed:
+            self.frame.value = ""
+        self.frame.layout.display = "" if framed else "none"
         self._uploaded = hearts[0]
-        self.frame.layout.display = "" if may_have_frames(hearts[0]) else "none"
         self.sample.value = ""
         self.session.refused = []
         several = hearts if len(hearts) > 1 else []

@@ -221,8 +221,10 @@ class ViewPanel:
         self.key.value = sentence
 
     def _show(self, scene: Any) -> None:
-        """Hand a scene to the view."""
+        """Hand a scene to the view, unless another heart is being measured by now."""
         session = self.session
+        if session.anatomy is None:
+            return
         case = session.case
         meshed, shown = scene.probe is not None, session.shown
         whole = self.cut.value == "off" and shown is not None and shown.result.has_stages

@@ -40,7 +40,14 @@ function render({ model, el }) {
     first = false;
   };
   const next = async (offset) => {
-    const piece = await file.slice(offset, offset + model.get("piece")).arrayBuffer();
+    let piece;
+    try {
+      piece = await file.slice(offset, offset + model.get("piece")).arrayBuffer();
+    } catch {  // a folder, or a file that went meanwhile
+      files = [];
+      model.send({ kind: "unread", name: file.name });
+      return;
+    }
     bar.value = file.size ? offset / file.size : 1;
     model.send({ kind: "piece", offset }, undefined, [piece]);
   };
