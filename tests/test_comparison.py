@@ -100,6 +100,7 @@ def both() -> list[HexMesh]:
     return [biventricular_template(analyze(mask, "auto", "biv"), (2, 12, 8)) for mask in hearts]
 
 
+@pytest.mark.slow
 def test_strains_are_of_the_wall_that_corresponds(both: list[HexMesh]) -> None:
     one, other = both
     first = [mesh.topology.index[mesh.topology.parts["septum"], 2].min() for mesh in both]

@@ -67,6 +67,7 @@ def test_labeled_blood_in_the_wall_of_the_mesh_is_told(fitted: Personalization, 
     assert coverage.finding is not None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slices", [1, 3])
 def test_adjacent_slices_whose_pool_the_wall_fills_are_told(slices: int) -> None:
     stack = short_axis(samples.lifelike_lv(COARSE).mask, 8.0)
@@ -95,6 +96,7 @@ def test_adjacent_slices_whose_pool_the_wall_fills_are_told(slices: int) -> None
     assert told == (slices > 1)
 
 
+@pytest.mark.slow
 def test_one_slice_that_the_mesh_does_not_follow_is_told() -> None:
     stack = short_axis(samples.lifelike_lv(COARSE).mask, 8.0)
     result = heartgen.personalize(stack, lod=1)
@@ -122,6 +124,7 @@ def test_one_slice_that_the_mesh_does_not_follow_is_told() -> None:
     assert "of the outline of one slice" in coverage.finding.message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slices", [1, 2])
 def test_a_wall_where_slices_have_none_is_told(slices: int) -> None:
     stack = short_axis(samples.lifelike_lv(COARSE).mask, 8.0)
@@ -143,6 +146,7 @@ def test_a_wall_where_slices_have_none_is_told(slices: int) -> None:
     assert "in one slice are farther than three pixels" in coverage.finding.message
 
 
+@pytest.mark.slow
 def test_a_gap_that_was_closed_is_no_stray_wall() -> None:
     stack = short_axis(samples.lifelike_lv(COARSE).mask, 8.0)
     axis = stack.stack_axis

@@ -109,6 +109,7 @@ def plate(amplitude: float, radius: float) -> HexMesh:
     return HexMesh(mesh.dofs, replace(mesh.topology, surfaces={"lv_endo": inner}))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("apex", ["collapsed", "hole"])
 def test_meridians_and_circles_of_latitude_have_no_wriggle(
     round_cup: TruncatedEllipsoid, apex: Apex
@@ -132,6 +133,7 @@ def test_waves_on_a_plane_and_on_a_cylinder_turn_as_their_tangents_do(
     assert wriggles(mesh, LONGITUDINAL) == pytest.approx(0, abs=1e-5)
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(
     turn=st.tuples(*3 * [st.floats(-3, 3)]),
@@ -170,6 +172,7 @@ def test_lines_stay_when_elements_are_split(round_cup: TruncatedEllipsoid, apex:
             assert wriggles(finer, direction) == pytest.approx(ours, rel=0.02, abs=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", [(1, 12, 6), (3, 8, 4)])
 def test_every_apex_has_its_lines(
     round_cup: TruncatedEllipsoid, shape: tuple[int, int, int]
@@ -230,6 +233,7 @@ def test_basis_and_files_do_not_matter(both: Personalization, tmp_path: Path) ->
         assert asdict(assess_fairness(heartgen.read_mesh(tmp_path / name))) == expected
 
 
+@pytest.mark.slow
 def test_normals_are_those_of_the_patient(anatomy: Anatomy) -> None:
     # Of ellipsoids, but for the apex, whose thickness does not make its epicardium one.
     template = lv_template(anatomy, SHAPE)
@@ -248,6 +252,7 @@ def test_normals_are_those_of_the_patient(anatomy: Anatomy) -> None:
     assert assess_fairness(template).normal_mean is None
 
 
+@pytest.mark.slow
 def test_normals_against_an_interpolated_surface_are_not_told(anatomy: Anatomy) -> None:
     stack = replace(anatomy, slices=object())  # type: ignore[arg-type]
     assert assess_fairness(lv_template(anatomy, SHAPE), stack).normal_mean is None

@@ -163,6 +163,7 @@ def reaching_up(repository: Path) -> set[tuple[str, str]]:
     return set(others)
 
 
+@pytest.mark.slow
 def test_no_module_imports_itself_in_a_circle(repository: Path) -> None:
     files, let = modules(repository), reaching_up(repository)
     assert len(let) == 3, "what reaches up is meant to stay this little"
@@ -190,6 +191,7 @@ def test_modules_are_short(repository: Path) -> None:
     assert not {name: n for name, n in lines.items() if n > LONGEST}
 
 
+@pytest.mark.slow
 def test_functions_take_few_parameters(repository: Path) -> None:
     found = {}
     for module, file in modules(repository).items():

@@ -17,6 +17,7 @@ from heartgen.result import Personalization
 from heartgen.warping import warp
 
 
+@pytest.mark.slow
 def test_result_is_valid_good_and_described(
     lifelike: samples.Sample, fitted: Personalization
 ) -> None:

@@ -90,6 +90,7 @@ def test_new_options_warn_of_nothing() -> None:
         assert not hasattr(options, "nonsense")
 
 
+@pytest.mark.slow
 def test_personalize_takes_them(cup: samples.Sample) -> None:
     with pytest.warns(FutureWarning, match="option refine is now optimize"):
         result = heartgen.personalize(cup.mask, elements=(1, 4, 2), refine=False)
@@ -106,6 +107,7 @@ def test_personalize_takes_them(cup: samples.Sample) -> None:
         assert next(f.name for f in make_fields(result.mesh, ["fibres"])) == "fiber"
 
 
+@pytest.mark.slow
 def test_batch_takes_them_and_finds_what_former_versions_did(
     cup: samples.Sample, tmp_path: Path
 ) -> None:
@@ -182,6 +184,7 @@ def test_every_new_flag_is_one() -> None:
             assert any(flag in text for text in told.values()), flag
 
 
+@pytest.mark.slow
 def test_the_command_line_takes_them(cup: samples.Sample, tmp_path: Path) -> None:
     from heartgen.images.writing import write_mask
 

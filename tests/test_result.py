@@ -43,6 +43,7 @@ def result(path: Path) -> Personalization:
     return heartgen.personalize(path, optimize=False)
 
 
+@pytest.mark.slow
 def test_path_array_and_images_give_the_same(result, path, cup):
     image = nib.load(path)
     for mask, place in (
@@ -123,6 +124,7 @@ def test_parts_that_are_not_written_are_refused(result, tmp_path, part):
         _ = again.nonsense
 
 
+@pytest.mark.slow
 def test_mask_that_was_written_is_the_same_to_the_bit(cup, result, tmp_path):
     turn = np.eye(4)
     turn[:2, :2] = [[np.cos(0.3), -np.sin(0.3)], [np.sin(0.3), np.cos(0.3)]]
@@ -160,6 +162,7 @@ def test_points_of_both_ventricles_are_located():
     assert_allclose(mesh.evaluate(found, places), points, atol=1e-9, rtol=0)
 
 
+@pytest.mark.slow
 def test_mask_that_is_not_there_is_said_so(cup, tmp_path):
     fitted = heartgen.personalize(cup.mask, optimize=False)
     fitted.write(tmp_path, ("vtu",), fields=())
@@ -210,6 +213,7 @@ def test_mesh_goes_to_pyvista_and_meshio_exactly(result, tmp_path):
     assert_allclose(again.points, result.mesh.points)
 
 
+@pytest.mark.slow
 def test_mesh_and_loaded_result_are_plotted(result, tmp_path):
     pytest.importorskip("pyvista")
     for color in ("region", "quality", None):
@@ -280,6 +284,7 @@ def test_place_that_cannot_be_written_is_an_error_of_the_system(result, tmp_path
         result.mesh.write(tmp_path / "file" / "mesh.vtu")
 
 
+@pytest.mark.slow
 def test_steps_and_findings_are_logged(cup, caplog, capfd):
     with caplog.at_level(logging.INFO, logger="heartgen"):
         heartgen.personalize(cup.mask.voxels, spacing=SPACING, optimize=False, truncate=5.0)

@@ -13,6 +13,7 @@ from heartgen.errors import InputError
 from heartgen.result import Personalization
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("formats", "made"),
     [((), []), (("stl", "cheart"), []), (("pts", "stl"), ["fibers"]), (("pts", "vtu"), "all")],

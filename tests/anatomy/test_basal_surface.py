@@ -81,6 +81,7 @@ def test_valves_end_the_mesh_on_a_sheet_or_on_a_plane():
         heartgen.Options(base="valves")
 
 
+@pytest.mark.slow
 def test_less_of_a_heart_with_valves_is_lost(shared_data: Path) -> None:
     mask = heartgen.read_mask(shared_data / "biv" / "bivme_patient1_f00_valves.nii.gz")
     rim, plane = analyze(mask), analyze(mask, follow_rim=False)

@@ -118,6 +118,7 @@ def test_voxels_may_be_anisotropic(spacing: tuple[float, float, float]) -> None:
     check(image(spacing=spacing), np.eye(3))
 
 
+@pytest.mark.slow
 def test_hearts_may_be_small() -> None:
     check(image(spacing=(0.4, 0.4, 0.4), scale=0.2), np.eye(3), scale=0.2)
 
@@ -188,6 +189,7 @@ def test_thin_walls_are_kept_apart() -> None:
     assert found.length == pytest.approx(70, abs=2)
 
 
+@pytest.mark.slow
 def test_merged_pools_are_named() -> None:
     mask = image()
     world = mask.to_world(np.argwhere(np.ones_like(mask.voxels)).astype(float))
@@ -196,6 +198,7 @@ def test_merged_pools_are_named() -> None:
         analyze(Mask(mask.voxels & ~hole.reshape(mask.voxels.shape), mask.affine))
 
 
+@pytest.mark.slow
 def test_closed_right_ventricle_is_named() -> None:
     mask = image()
     world = mask.to_world(np.argwhere(np.ones_like(mask.voxels)).astype(float))
@@ -223,6 +226,7 @@ def test_ventricles_can_be_demanded() -> None:
         analyze(left, ventricles="rv")
 
 
+@pytest.mark.slow
 def test_base_with_valves_is_truncated_and_measures_like_the_plain_one(shared_data: Path) -> None:
     found = analyze(read_mask(shared_data / "biv" / "bivme_patient1_f00_valves.nii.gz"))
     plain = analyze(read_mask(shared_data / "biv_cycle" / "bivme_patient1_f00.nii.gz"))
@@ -235,6 +239,7 @@ def test_base_with_valves_is_truncated_and_measures_like_the_plain_one(shared_da
     assert found.rv.wall_thickness == pytest.approx(plain.rv.wall_thickness, abs=0.3)
 
 
+@pytest.mark.slow
 def test_tilted_heart_measures_like_the_upright_one(shared_data: Path) -> None:
     upright = analyze(read_mask(shared_data / "biv" / "cobiveco_geo1.nii.gz"))
     native = analyze(read_mask(shared_data / "biv" / "cobiveco_geo1_native.nii.gz"))
@@ -247,6 +252,7 @@ def test_tilted_heart_measures_like_the_upright_one(shared_data: Path) -> None:
     assert np.degrees(upright.rv.insertion - native.rv.insertion) == pytest.approx(0, abs=4)
 
 
+@pytest.mark.slow
 def test_rabbit_heart(shared_data: Path) -> None:
     found = analyze(read_mask(shared_data / "animal" / "UCSD_heart.nii.gz"))
     assert found.rv is not None

@@ -60,6 +60,7 @@ def test_pools_are_told_apart(drift: float) -> None:
     assert not ((found.left | found.right) & ~found.heart).any()
 
 
+@pytest.mark.slow
 def test_of_two_walls_of_one_thickness_the_round_pool_is_the_left_one() -> None:
     found = sections(slices(thick=3.0))
     assert found.right is not None
@@ -74,6 +75,7 @@ def test_one_ventricle() -> None:
     assert found.findings == ()
 
 
+@pytest.mark.slow
 def test_order_of_the_slices_does_not_matter() -> None:
     pixels = slices()
     up, down = sections(pixels), sections(pixels[::-1])
@@ -100,6 +102,7 @@ def test_gap_in_the_septum_keeps_the_pools_apart() -> None:
     assert found.right[6, 40, 34]
 
 
+@pytest.mark.slow
 def test_islands_and_holes_are_not_taken_for_anatomy() -> None:
     pixels = slices(both=False)
     pixels[3, 5:8, 5:8] = True  # an island outside
@@ -135,6 +138,7 @@ def test_what_is_asked_for_must_be_there(both: bool, asked: str) -> None:
         sections(slices(both=both), asked)
 
 
+@pytest.mark.slow
 def test_valves_above_the_base_are_left_out() -> None:
     pixels = slices(9)
     pixels[7] &= J > 62  # a part of the wall, whose gap closes over a smaller pool
@@ -145,6 +149,7 @@ def test_valves_above_the_base_are_left_out() -> None:
     assert found.stack.heights[0] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_a_wall_of_one_pixel_with_gaps_is_seen(seed: int) -> None:
     pixels = slices()
@@ -172,6 +177,7 @@ def test_an_apex_with_a_hole_is_no_base() -> None:
     assert found.stack.heights[0] == 0
 
 
+@pytest.mark.slow
 def test_a_right_ventricle_seen_in_one_slice_is_told_by_its_thin_wall() -> None:
     pixels = slices(8, both=False)
     pixels[7] = slices(8)[7]

@@ -52,6 +52,7 @@ def moves(mask: Mask) -> np.ndarray:
     return np.random.default_rng(3).normal(0, 2, (int(mask.planes.sum()), 2)).round().astype(int)
 
 
+@pytest.mark.slow
 def test_shifts_are_found(mask: Mask, moves: np.ndarray) -> None:
     sections = sections_of(shifted(mask, moves))
     found = find_shifts(sections)

@@ -57,6 +57,7 @@ def test_contours_go_to_the_surfaces_that_they_show(stack: Mask, views: list[Mas
     )
 
 
+@pytest.mark.slow
 def test_long_axes_tell_where_the_apex_is(stack: Mask, views: list[Mask]) -> None:
     truth = samples.lifelike_lv(1.5).truth
     errors = []

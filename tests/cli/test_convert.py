@@ -8,6 +8,7 @@ import heartgen
 from heartgen.mesh.bases import deviation
 
 
+@pytest.mark.slow
 def test_a_result_is_converted_there_and_back(run, fitted, tmp_path):
     source = fitted[1] / "mesh.exf"
     for target in ("mesh.exelem", "mesh.vtk", "mesh.msh", "mesh.mesh", "mesh.vtu"):
@@ -27,6 +28,7 @@ def test_lower_orders_say_their_error(run, fitted, tmp_path):
     assert f"elements of order 1 lie up to {moved:.3g} mm from the mesh" in outcome.stderr
 
 
+@pytest.mark.slow
 def test_fieldml_says_what_it_does_not_hold(run, fitted, tmp_path):
     pytest.importorskip("cmlibs.zinc.context")
     outcome = run("convert", fitted[1] / "mesh.exf", tmp_path / "mesh.fieldml")

@@ -16,6 +16,7 @@ PATIENCE = 120
 """Seconds after which a process that should have ended is given up."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("debug", [False, True])
 def test_error_in_heartgen_itself_asks_for_a_report(run, mask_file, tmp_path, monkeypatch, debug):
     def fail(*_, **__):
@@ -32,6 +33,7 @@ def test_error_in_heartgen_itself_asks_for_a_report(run, mask_file, tmp_path, mo
     assert "optimization" not in outcome.stderr  # which never began
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("failure", "code"), [(KeyboardInterrupt, 130), (Cancelled, 130), (OSError, 1), (KeyError, 70)]
 )
@@ -53,6 +55,7 @@ def test_failure_between_two_files_leaves_the_folder_as_it_was(
     assert all((tmp_path / name).read_bytes() == before[name][::-1] for name in files)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is no signal there")
 def test_interrupt_during_registration_writes_nothing(names, mask_file, tmp_path):
     """A process that registers again and again, so that the signal cannot come too late."""

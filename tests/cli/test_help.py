@@ -27,6 +27,7 @@ def test_every_scheme_of_labels_is_named(run):
         assert f"{name}," in told
 
 
+@pytest.mark.slow
 def test_help_names_the_commands_and_loads_nothing_heavy():
     code = (
         "import atexit, json, sys\n"

@@ -9,6 +9,7 @@ import SimpleITK
 from heartgen import samples
 
 
+@pytest.mark.slow
 def test_inspect_shows_image_anatomy_and_picture(run, names, mask_file, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     outcome = run("inspect", mask_file)
@@ -19,6 +20,7 @@ def test_inspect_shows_image_anatomy_and_picture(run, names, mask_file, tmp_path
     assert (tmp_path / "inspect.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_inspect_tells_findings(run, save, tmp_path):
     heart = samples.lifelike_lv(2.0).mask.voxels.copy()
     heart[:3, :3, :3] = True
@@ -29,6 +31,7 @@ def test_inspect_tells_findings(run, save, tmp_path):
     assert "<svg" in (tmp_path / "two.svg").read_text()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "labels", ["auto", "ACDC", "lv_myocardium=2,lv_pool=3", "lv_pool=3,lv_myocardium=2"]
 )
@@ -49,6 +52,7 @@ def test_inspect_builds_the_wall_that_was_asked_for(run, save, label_map, tmp_pa
     assert "one of 4.5 mm was built" in " ".join(outcome.stdout.split())
 
 
+@pytest.mark.slow
 def test_inspect_knows_where_the_heart_points(run, save, tmp_path):
     """Turned upside down, the base is below the apex."""
     heart = samples.lifelike_lv(2.0, rotation=np.diag([1.0, -1.0, -1.0])).mask
@@ -58,6 +62,7 @@ def test_inspect_knows_where_the_heart_points(run, save, tmp_path):
     assert "superior" not in row
 
 
+@pytest.mark.slow
 def test_inspect_chooses_a_frame(run, tmp_path):
     heart = samples.lifelike_lv(2.0).mask
     frames = [heart.voxels, np.roll(heart.voxels, 1, axis=0)]

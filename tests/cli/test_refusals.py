@@ -91,6 +91,7 @@ def test_folder_without_permission_is_refused_before_the_work(run, mask_file, tm
     assert "registration" not in outcome.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("missing", "arguments"),
     [("pyvista", ["demo"]), ("trame_vtk", ["demo"]), ("matplotlib", ["inspect", "x"])],

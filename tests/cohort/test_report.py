@@ -103,6 +103,7 @@ def out(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_page_tells_all_and_loads_nothing(out):
     outcome = CliRunner().invoke(app, ["report", str(out)])
     assert outcome.exit_code == 0, outcome.output
@@ -121,6 +122,7 @@ def test_masks_that_are_not_there_any_more_are_not_shown(out):
     assert page.scenes == []
 
 
+@pytest.mark.slow
 def test_best_and_worst_are_shown_in_3d(hearts, tmp_path):
     batch(hearts / "a.nii.gz", tmp_path, workers=Workers(1))
     page = Reader(write_report(tmp_path).read_text(encoding="utf-8"))

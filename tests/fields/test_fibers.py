@@ -20,6 +20,7 @@ from tests.fields.test_fields import jump
 TILTED = FiberRule(transverse=(20.0, -10.0), sheet=(-65.0, 25.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", [FiberRule(), TILTED], ids=["default", "tilted"])
 def test_frames_are_orthonormal_and_right_handed(mesh: HexMesh, rule: FiberRule) -> None:
     for frames in (fiber_frames(mesh, rule), wall_frames(mesh)):

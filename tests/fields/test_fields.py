@@ -37,6 +37,7 @@ def on(mesh: HexMesh, field: MeshField, faces: np.ndarray) -> np.ndarray:
     return field.values[faces[:, :1], face_coefficients()[faces[:, 1]]]
 
 
+@pytest.mark.slow
 def test_coordinates_have_their_ranges_and_ends(mesh: HexMesh) -> None:
     fields = by_name(mesh, "coordinates")
     surfaces = mesh.topology.surfaces

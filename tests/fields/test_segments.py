@@ -54,6 +54,7 @@ def test_segments_lie_where_their_names_say() -> None:
         assert name in SEGMENTS[int(aha_segment(nearby[None], axes)[0])]
 
 
+@pytest.mark.slow
 def test_every_segment_has_elements_of_its_share(land: HexMesh) -> None:
     fine = land.refined(circumferential=4, longitudinal=4, radial=2)
     axes = heart_axes(fine)

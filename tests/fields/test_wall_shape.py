@@ -16,6 +16,7 @@ def test_thickness_of_a_hollow_ball(ball: HexMesh) -> None:
     assert np.abs(thickness - 10).max() < 0.01
 
 
+@pytest.mark.slow
 def test_thickness_of_an_ellipsoid_is_the_shortest_way_across(land: HexMesh) -> None:
     t, around = np.meshgrid(np.linspace(0, 1.9, 800), np.radians(np.arange(0, 360, 1.0)))
     epi = [10 * np.sin(t) * np.cos(around), 10 * np.sin(t) * np.sin(around), -20 * np.cos(t)]

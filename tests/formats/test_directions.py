@@ -65,6 +65,7 @@ def test_opencarp_has_right_angles(heart, tmp_path):
     assert_orthonormal(found[:, :3], found[:, 3:])
 
 
+@pytest.mark.slow
 def test_febio_has_right_angles(heart, tmp_path):
     path = tmp_path / file_name("heart", "feb")
     write_mesh(heart, path, make_fields(heart, ["fibers"]), "feb")

@@ -111,6 +111,7 @@ def as_set(points):
 # --- geometry ------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_every_place_of_every_element_is_ours(mesh, written):
     reading = written(mesh)
     xi = np.random.default_rng(0).random((12, 3))

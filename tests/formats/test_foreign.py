@@ -286,6 +286,7 @@ def test_a_finite_element_library_finds_our_volume_in_its_mass_matrix(heart, tmp
     assert mesh.GetNBE() == sum(len(heart.topology.surfaces[name]) for name in named)
 
 
+@pytest.mark.slow
 def test_meshio_reads_the_gmsh_file_with_all_fields(heart, tmp_path):
     meshio = pytest.importorskip("meshio")
     (path,) = written(heart, tmp_path, "msh", make_fields(heart))

@@ -50,6 +50,7 @@ def run(code, *arguments):
     return answer.stdout.splitlines()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", [".nii", ".nii.gz", ".nrrd", ".mha"])
 @pytest.mark.parametrize("limit", [0, 100, 20_000])
 def test_an_image_is_whole_or_not_there(tmp_path, ending, limit):
@@ -66,6 +67,7 @@ tried(write_image, noise, np.eye(4), sys.argv[1])
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.slow
 def test_meshes_are_whole_or_not_there(usual, tmp_path):
     """In every format that there is; of several files, either all are new or none."""
     from heartgen.formats import FORMATS, write_mesh

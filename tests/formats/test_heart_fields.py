@@ -19,6 +19,7 @@ def fields(usual):
     return {field.name: field for field in make_fields(usual)}
 
 
+@pytest.mark.slow
 def test_zinc_finds_fibers_and_segments(usual, fields, tmp_path):
     zinc = pytest.importorskip("cmlibs.zinc.context")
     write_mesh(usual, tmp_path / "mesh.exf", fields.values())

@@ -70,6 +70,7 @@ def test_what_is_read_is_what_was_written(based, tmp_path, form):
         assert_allclose(field.values, wanted.values, rtol=0, atol=CLOSE)
 
 
+@pytest.mark.slow
 def test_a_mesh_that_was_read_is_as_good_as_ours(heart, tmp_path):
     write_mesh(heart, tmp_path / "mesh.exf")
     write_mesh(heart, tmp_path / "mesh.vtu")
@@ -95,6 +96,7 @@ def test_exf_to_mesh_to_exf_is_identical(based, tmp_path):
     assert (tmp_path / "again.exf").read_bytes() == (tmp_path / "mesh.exf").read_bytes()
 
 
+@pytest.mark.slow
 def test_ex1_holds_all_that_exf_does(usual, tmp_path):
     write_exf(usual, tmp_path / "mesh.exf", some_fields(usual))
     write_ex1(usual, tmp_path / "mesh.exelem", some_fields(usual))

@@ -100,6 +100,7 @@ def check_cells(mesh, cells):
     assert len(np.unique(corners, axis=0)) == len(corners), "a face is there twice"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "order"), [("hex8", 2), ("tet4", 2), ("hex27", 3), ("tet10", 3)])
 def test_error_falls_with_the_order_of_the_cells(usual, kind, order):
     coarse, fine = (fidelity(usual, resample(usual, Resampling(kind, (1, n, n)))) for n in (2, 4))
@@ -108,6 +109,7 @@ def test_error_falls_with_the_order_of_the_cells(usual, kind, order):
     assert abs(fine.volume - 1) < max(abs(coarse.volume - 1) / (0.8 * 2**order), 1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mesh", "kind"), [("usual", "hex27"), ("usual", "tet10"), ("biv", "tet4")]
 )
@@ -119,6 +121,7 @@ def test_nodes_on_surfaces_are_on_the_exact_ones(mesh, kind, request):
         assert closest_points(mesh, faces, cells.points[nodes]).distance.max() < 1e-6
 
 
+@pytest.mark.slow
 def test_distance_is_that_to_a_fine_tessellation(usual):
     pv = pytest.importorskip("pyvista")
     coarse, fine = (resample(usual, Resampling("tet4", (1, n, n))) for n in (1, 12))
@@ -144,6 +147,7 @@ def test_straight_mesh_is_resampled_exactly(bricks):
 # --- topology ------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_collapsed_elements_give_wedges_and_nothing_else_does(usual, biv, bricks, hole, patch):
     for mesh, columns in ((usual, 12), (biv, 24), (bricks, 0), (hole, 0), (patch, 0)):
         cells = resample(mesh, Resampling("hex20", (2, 2, 2)))

@@ -53,6 +53,7 @@ def test_meshio_reads_the_grid(heart, kind, tmp_path):
     assert_data(found.point_data, cell_data, heart, cells)
 
 
+@pytest.mark.slow
 def test_xdmf_holds_fields_of_any_size(usual, tmp_path):
     pv = pytest.importorskip("pyvista")
     bends = np.random.default_rng(0).random((usual.n_elements, 2))

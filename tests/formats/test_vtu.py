@@ -69,6 +69,7 @@ def evaluate(grid, xi):
 # --- geometry ------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_every_place_of_every_element_is_ours(mesh, written):
     grid = written(mesh)
     assert {grid.GetCellType(e) for e in range(mesh.n_elements)} == {LAGRANGE_HEXAHEDRON}

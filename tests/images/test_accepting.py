@@ -168,6 +168,7 @@ def test_source_reads_the_same_mask_again(mask, tmp_path):
         assert mask_sha256(read_again(moved, tmp_path)) == mask_sha256(each)
 
 
+@pytest.mark.slow
 def test_arrays_load_neither_library():
     code = (
         "import sys, numpy as np, json\n"

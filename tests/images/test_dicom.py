@@ -146,6 +146,7 @@ def test_without_the_library(cup, oblique, write_seg, monkeypatch):
         read_mask(path)
 
 
+@pytest.mark.slow
 def test_segments_are_labels(heart, write_seg, save):
     affine, at = heart.image(np.array([2.0, 2.0, 4.0]))
     labels = heart.labels(at)
@@ -238,6 +239,7 @@ def write_cine(write_seg, shapes, order: str, temporal: bool, **options) -> Path
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("order", "temporal"), [("in turn", False), ("in turn", True), ("place by place", True)]
 )

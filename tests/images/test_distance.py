@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 import scipy.ndimage as ndi
 from hypothesis import given
 from hypothesis import strategies as st
@@ -16,6 +17,7 @@ shapes = hnp.arrays(bool, st.tuples(*[st.integers(1, 7)] * 3)).filter(
 spacings = st.tuples(*[st.floats(0.5, 4.0)] * 3).map(np.array)
 
 
+@pytest.mark.slow
 @given(shapes, spacings)
 def test_distance_to_the_outside(voxels, spacing):
     expected = ndi.distance_transform_edt(voxels, sampling=spacing)
@@ -30,6 +32,7 @@ def test_near_is_what_the_distance_says(voxels, spacing, reach):
     np.testing.assert_array_equal(found[clear], (away <= reach)[clear])
 
 
+@pytest.mark.slow
 @given(shapes, spacings, st.floats(0.0, 12.0))
 def test_box_holds_the_shape_and_its_surroundings(voxels, spacing, reach):
     outside = np.ones_like(voxels)

@@ -291,6 +291,7 @@ ENDINGS = ["", ".nii", ".nii.gz", ".hdr", ".img", ".img.gz", ".nrrd", ".nhdr", "
            ".mhd", ".dcm", ".NII", ".Img", ".gz", ".raw", ".vtk", ".hdr.gz"]  # fmt: skip
 
 
+@pytest.mark.slow
 @settings(max_examples=EXAMPLES)
 @given(
     of=st.sampled_from([*NAMES, *PAIRED.values()]),

@@ -290,6 +290,7 @@ def test_odd_sizes_are_remarked_and_kept(size, unit, cup):
     assert unit in mask.findings[0].message
 
 
+@pytest.mark.slow
 def test_nothing_reaches_the_terminal_and_importing_stays_light(cup, save, tmp_path):
     good = save(cup, np.eye(4), "good.mha")
     bad = tmp_path / "bad.mha"

@@ -125,6 +125,7 @@ def test_order_and_direction_of_the_axes_do_not_matter(heart, spacing):
         assert different.sum() < 0.005 * wall.sum()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spacing", [[1.0, 1.0, 1.0], [1.4, 1.4, 8.0]])
 def test_unlabeled_left_pool_makes_no_difference(heart, spacing):
     affine, at = heart.image(np.array(spacing))

@@ -67,6 +67,7 @@ def test_bernstein_to_hermite_parameters_and_back_is_the_identity(mesh: HexMesh)
     assert_allclose(again.reshape(mesh.control.shape), mesh.control, rtol=0, atol=SAME)
 
 
+@pytest.mark.slow
 def test_without_its_hermite_topology_a_smooth_mesh_finds_one(disturbed: HexMesh) -> None:
     lagrange = disturbed.to_lagrange()
     orphan = HexMesh(lagrange.dofs, replace(lagrange.topology, hermite=None))
@@ -81,6 +82,7 @@ def test_without_its_hermite_topology_a_smooth_mesh_finds_one(disturbed: HexMesh
     assert_allclose(found.topology.extraction @ found.topology.constant, 1, atol=1e-13)
 
 
+@pytest.mark.slow
 def test_a_mesh_that_is_not_smooth_gets_versions(disturbed: HexMesh) -> None:
     lagrange = disturbed.to_lagrange()
     noise = 0.1 * np.random.default_rng(3).standard_normal(lagrange.dofs.shape)
@@ -91,6 +93,7 @@ def test_a_mesh_that_is_not_smooth_gets_versions(disturbed: HexMesh) -> None:
     assert len(hermite.dofs) > len(disturbed.dofs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [1, 2])
 def test_lower_orders_pass_through_their_lattice_and_converge(order: int) -> None:
     topology = cup_topology((1, 3, 1))
@@ -105,12 +108,14 @@ def test_lower_orders_pass_through_their_lattice_and_converge(order: int) -> Non
     assert np.log2(errors[0] / errors[1]) > order + 0.6  # order + 1 in the limit
 
 
+@pytest.mark.slow
 def test_a_linear_mesh_has_straight_edges(cup: HexMesh) -> None:
     linear = cup.to_lagrange(1)
     ends = linear.evaluate(np.array([[0.0, 1, 0], [0.3, 1, 0], [1, 1, 0]]))
     assert_allclose(ends[:, 1], 0.7 * ends[:, 0] + 0.3 * ends[:, 2], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_refined_lagrange_mesh_finds_back(disturbed: HexMesh) -> None:
     fine = disturbed.to_lagrange().refined(circumferential=2)
     back = fine.to_hermite()
@@ -124,12 +129,14 @@ def test_moved_lagrange_mesh_is_the_moved_mesh(mesh: HexMesh) -> None:
     assert deviation(mesh.to_lagrange().transformed(affine), mesh.transformed(affine)) < SAME
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [0, 4])
 def test_other_orders_are_refused(cup: HexMesh, order: int) -> None:
     with pytest.raises(MeshError, match=f"order {order} do not exist"):
         cup.to_lagrange(order)
 
 
+@pytest.mark.slow
 def test_what_needs_the_hermite_wall_says_so(cup: HexMesh) -> None:
     with pytest.raises(MeshError, match="cannot be straightened"):
         enhance(cup.to_lagrange())

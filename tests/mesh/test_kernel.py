@@ -62,6 +62,7 @@ def test_gauss_rule_is_exact_to_its_order(n: int) -> None:
         assert abs(w @ t**power - 1 / (power + 1)) < 1e-13
 
 
+@pytest.mark.slow
 def test_gradient_is_the_derivative_of_the_position(disturbed: HexMesh) -> None:
     xi = np.random.default_rng(0).uniform(0.1, 0.9, (5, 3))
     h = 1e-6
@@ -72,6 +73,7 @@ def test_gradient_is_the_derivative_of_the_position(disturbed: HexMesh) -> None:
         assert np.abs(gradient[..., d] - slope).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_wall_is_c1_across_every_interior_face(disturbed: HexMesh) -> None:
     t = np.linspace(0, 1, 5)
     v, u = (g.ravel() for g in np.meshgrid(t, t, indexing="ij"))
@@ -98,6 +100,7 @@ def test_wall_is_c1_across_every_interior_face(disturbed: HexMesh) -> None:
     assert pairs >= n_r * n_c * n_l
 
 
+@pytest.mark.slow
 def test_pole_is_one_point_with_one_tangent_plane(disturbed: HexMesh) -> None:
     for face_end, element_layer in ((0.0, 0), (1.0, disturbed.topology.shape[0] - 1)):
         at_pole = np.stack([np.linspace(0, 1, 7), np.zeros(7), np.full(7, face_end)], -1)
@@ -112,10 +115,12 @@ def test_pole_is_one_point_with_one_tangent_plane(disturbed: HexMesh) -> None:
         assert values[2] < 1e-10 * values[0]
 
 
+@pytest.mark.slow
 def test_volume_by_two_routes(disturbed: HexMesh) -> None:
     assert volume(disturbed) == pytest.approx(enclosed_volume(disturbed), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_spherical_shell_converges_to_its_volume() -> None:
     from heartgen.templates.ellipsoid import TruncatedEllipsoid
     from heartgen.templates.lv import ellipsoid_mesh
@@ -147,6 +152,7 @@ def test_faces_point_outward(cup: HexMesh) -> None:
         assert (outward > 0).all()
 
 
+@pytest.mark.slow
 def test_refinement_leaves_the_geometry_unchanged(disturbed: HexMesh) -> None:
     pieces = {"radial": 2, "circumferential": 3, "longitudinal": 2}
     fine = disturbed.refined(**pieces)
@@ -189,6 +195,7 @@ def test_lagrange_points_carry_the_same_geometry(disturbed: HexMesh) -> None:
     assert np.abs(control - disturbed.control).max() < 1e-10
 
 
+@pytest.mark.slow
 def test_projection_returns_every_function_of_the_space(disturbed: HexMesh, cup: HexMesh) -> None:
     xi, _ = gauss_cube((6, 6, 5))
     p = projector(cup, (6, 6, 5))
@@ -198,6 +205,7 @@ def test_projection_returns_every_function_of_the_space(disturbed: HexMesh, cup:
     assert np.abs(back.control - disturbed.control).max() < 1e-8
 
 
+@pytest.mark.slow
 def test_affine_transform_is_exact(cup: HexMesh) -> None:
     affine = np.eye(4)
     affine[:3] = np.random.default_rng(3).standard_normal((3, 4))
@@ -216,6 +224,7 @@ def test_quality_does_not_depend_on_pose_and_scale(cup: HexMesh) -> None:
     assert np.abs(scaled_jacobian(moved) - scaled_jacobian(cup)).max() < 1e-10
 
 
+@pytest.mark.slow
 def test_quality_of_a_uniform_element_is_one_and_of_a_folded_one_not_positive(cup: HexMesh) -> None:
     mirror = np.diag([1.0, 1.0, -1.0, 1.0])
     assert (jacobian_ratio(cup.transformed(mirror)) <= 0).all()

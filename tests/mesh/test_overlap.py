@@ -169,6 +169,7 @@ def pinched(oval: TruncatedEllipsoid) -> tuple[HexMesh, HexMesh]:
     return mesh, warp(mesh, pinch)
 
 
+@pytest.mark.slow
 def test_opposite_walls_of_a_cup_cross_from_where_they_touch(oval: TruncatedEllipsoid) -> None:
     mesh, moved_by_one = pinched(oval)
     change = moved_by_one.dofs - mesh.dofs
@@ -197,12 +198,14 @@ def test_opposite_walls_of_a_cup_cross_from_where_they_touch(oval: TruncatedElli
     assert 0 < nearest.distance[0] < 0.01
 
 
+@pytest.mark.slow
 def test_good_meshes_are_free_of_alarms(cup: HexMesh, disturbed: HexMesh) -> None:
     for mesh in (cup, disturbed, moved(cup, 2), cup.to_lagrange()):
         assert not overlapping(mesh).any()
         assert not overlapping(mesh.refined(2, 1, 3)).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [samples.ideal_cup, samples.lifelike_lv, samples.biv])
 def test_templates_cross_only_where_they_fold(make: Callable[[float], samples.Sample]) -> None:
     anatomy = analyze(make(COARSE).mask)
@@ -218,6 +221,7 @@ def test_templates_cross_only_where_they_fold(make: Callable[[float], samples.Sa
         assert not np.any(in_pieces & certificate.positive)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [0.3, 1.5, 4.0])
 def test_shortcuts_change_nothing(cup: HexMesh, size: float) -> None:
     for seed in range(2):
@@ -229,6 +233,7 @@ def test_shortcuts_change_nothing(cup: HexMesh, size: float) -> None:
         np.testing.assert_array_equal(_crossed(patches, none, 4, TOUCH), expected)
 
 
+@pytest.mark.slow
 def test_thin_walls_are_no_crossings() -> None:
     for thickness in (0.02, 1e-4):
         thin = bulging(2.0).reshape(4, 4, 4, 3)

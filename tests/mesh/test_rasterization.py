@@ -51,6 +51,7 @@ def around(mesh, spacing=SPACING, margin=2.3):
     return shape, affine
 
 
+@pytest.mark.slow
 def test_partial_volumes_sum_up_to_the_volume(cup):
     shape, affine = around(cup)
     image = rasterize(cup, shape, affine, partial=True)
@@ -59,6 +60,7 @@ def test_partial_volumes_sum_up_to_the_volume(cup):
     assert image.sum() * SPACING.prod() == pytest.approx(volume(cup), rel=5e-4)
 
 
+@pytest.mark.slow
 def test_voxels_are_inside_if_their_center_is():
     cup = sphere_cup()
     shape, affine = around(cup)
@@ -75,6 +77,7 @@ def test_voxels_are_inside_if_their_center_is():
     assert_array_equal(image[clear] > 0, inside[clear])
 
 
+@pytest.mark.slow
 def test_every_orientation_of_the_grid_gives_the_same_image(cup):
     shape, affine = around(cup)
     image = rasterize(cup, shape, affine, partial=False)
@@ -89,6 +92,7 @@ def test_every_orientation_of_the_grid_gives_the_same_image(cup):
         assert np.count_nonzero(back != image) < 2e-3 * image.sum()
 
 
+@pytest.mark.slow
 def test_corners_of_the_mesh_on_lines_of_voxels_leave_no_hole():
     cup = sphere_cup()  # its poles, seams and rim lie on whole millimeters
     affine = np.eye(4)
@@ -100,6 +104,7 @@ def test_corners_of_the_mesh_on_lines_of_voxels_leave_no_hole():
     assert image.sum() == pytest.approx(volume(cup), rel=0.01)
 
 
+@pytest.mark.slow
 def test_only_what_is_on_the_grid_is_drawn(cup):
     shape, affine = around(cup)
     whole = rasterize(cup, shape, affine, partial=True)
@@ -112,6 +117,7 @@ def test_only_what_is_on_the_grid_is_drawn(cup):
     assert not rasterize(cup, shape, far).any()
 
 
+@pytest.mark.slow
 def test_mesh_of_both_ventricles_keeps_its_cavities_open():
     from heartgen.anatomy import analyze
     from heartgen.templates import biventricular_template
@@ -126,6 +132,7 @@ def test_mesh_of_both_ventricles_keeps_its_cavities_open():
     assert overlap > 0.8  # a template that nothing was fitted with
 
 
+@pytest.mark.slow
 def test_image_is_read_where_it_was_drawn(tmp_path):
     nibabel = pytest.importorskip("nibabel")
     cup = sphere_cup()
@@ -140,6 +147,7 @@ def test_image_is_read_where_it_was_drawn(tmp_path):
     assert_allclose(placed, affine, rtol=0, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_like_takes_what_has_voxels_and_affine(cup):
     shape, affine = around(cup)
     like = Mask(np.zeros(shape, dtype=bool), affine)
@@ -155,6 +163,7 @@ def test_grids_that_are_no_volume_are_refused(cup, shape, affine):
         rasterize(cup, shape, affine)
 
 
+@pytest.mark.slow
 def test_mesh_with_openings_has_no_inside(cup):
     surfaces = {n: f for n, f in cup.topology.surfaces.items() if n != "base"}
     cut = replace(cup, topology=replace(cup.topology, surfaces=surfaces))
@@ -167,6 +176,7 @@ def test_images_have_endings_of_images(tmp_path):
         write_image(np.zeros((2, 2, 2), np.uint8), np.eye(4), tmp_path / "cup.png")
 
 
+@pytest.mark.slow
 def test_fitted_meshes_overlap_with_their_masks(shared_data):
     import heartgen
 

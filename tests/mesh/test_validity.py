@@ -115,6 +115,7 @@ def test_rounding_bound_covers_the_errors_and_is_not_much_more(thickness: float)
     assert largest > 1e-3
 
 
+@pytest.mark.slow
 def test_flat_elements_are_decided_right_or_not_at_all() -> None:
     for thickness in (1e-14, 1e-12, 1e-9, 1e-6):
         for seed in range(4):
@@ -158,6 +159,7 @@ def test_a_fold_inside_an_element_is_caught() -> None:
     assert not certify_jacobian(mesh).all_valid
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(st.integers(0, 10_000), st.floats(0.0, 0.4))
 def test_certificate_never_contradicts_a_dense_sample(seed: int, size: float) -> None:

@@ -143,6 +143,7 @@ def energy_of(heart: Heart, q: np.ndarray) -> float:
     return sum(term.near(q).value(q) for term in terms)
 
 
+@pytest.mark.slow
 def test_the_energy_of_a_heart_falls(heart: Heart) -> None:
     energy = heart.energy()
     terms = energy.terms(np.ones(heart.mesh.n_elements))
@@ -164,6 +165,7 @@ def test_a_step_that_is_not_a_number_is_not_made(
     np.testing.assert_array_equal(kept, q)
 
 
+@pytest.mark.slow
 def test_no_step_leaves_what_is_feasible(both: Heart) -> None:
     energy = both.energy()
     terms = energy.terms(np.ones(both.mesh.n_elements))

@@ -63,6 +63,7 @@ def gradient(blocks: Blocks, n: int) -> np.ndarray:
     return out[:n]
 
 
+@pytest.mark.slow
 def test_the_energy_has_these_terms(heart: Heart) -> None:
     assert [type(t) for t in heart.energy().terms(np.ones(heart.mesh.n_elements))] == list(TERMS)
 
@@ -79,6 +80,7 @@ def test_gradient_is_that_of_the_value(heart: Heart, kind: type, seed: int) -> N
     assert model.value(q) > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_gradient_of_even_jacobians(fine: Heart, seed: int) -> None:
     q = place(fine)
@@ -134,6 +136,7 @@ def test_matrix_is_symmetric_and_positive_semidefinite(
     assert largest > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [EvenJacobians, RightAngles])
 def test_an_element_weighs_what_it_is_given(heart: Heart, kind: type) -> None:
     n, q = heart.mesh.n_elements, place(heart)

@@ -159,6 +159,7 @@ def test_a_value_is_the_same_by_every_way(option, folder, data):
     jsonschema.validate(json.loads(json.dumps(asdict(options))), SCHEMA)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("option", OPTIONS.values(), ids=OPTIONS)
 @settings(max_examples=20)
 @given(data=st.data())

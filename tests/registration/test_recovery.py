@@ -128,6 +128,7 @@ def test_known_maps_are_found(template: HexMesh, name: str) -> None:
     assert off.mean() < FOUND * moved.mean()
 
 
+@pytest.mark.slow
 def test_finer_levels_come_closer(template: HexMesh) -> None:
     _, back = MAPS["bend and swell"]
     first, second, third = (apart(template, part, back) for part in found(template, back, lod=3))

@@ -9,6 +9,7 @@ from heartgen.errors import InputError
 from heartgen.samples.beats import BEATS, DIASTOLE, SYSTOLE, beat
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BEATS)
 def test_wall_keeps_its_volume_and_the_cavity_empties(name: str) -> None:
     large, small = beat(name, 3.0).values()

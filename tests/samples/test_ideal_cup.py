@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
@@ -31,6 +32,7 @@ def rim_radius(radius, length, base):
     return radius * np.sqrt(1 - (base / length) ** 2)
 
 
+@pytest.mark.slow
 @given(
     radius=st.floats(5, 40),
     length=st.floats(10, 100),

@@ -25,6 +25,7 @@ def wall_points(sample):
     return np.unique(np.round(points, 6) + 0.0, axis=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [samples.lifelike_lv, samples.biv])
 @given(seed=st.integers(0, 1000), scale=st.sampled_from([0.1, 0.3, 1.0, 1.2]))
 @settings(max_examples=8)
@@ -59,6 +60,7 @@ def test_truth_moves_with_the_heart(make, seed, scale):
         assert_allclose(moved.rv.insertion_angles, still.rv.insertion_angles)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("direction", SIGNED_PERMUTATIONS[::5])
 @pytest.mark.parametrize("make", [partial(samples.lifelike_lv, papillary=True), samples.biv])
 def test_order_and_sign_of_the_image_axes_do_not_change_the_heart(make, direction):
@@ -70,6 +72,7 @@ def test_order_and_sign_of_the_image_axes_do_not_change_the_heart(make, directio
     assert_array_equal(wall_points(turned), wall_points(straight))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [samples.lifelike_lv, samples.biv])
 def test_scaled_heart_on_a_scaled_grid_has_the_same_voxels(make):
     """Human in mm and in cm."""

@@ -8,6 +8,7 @@ from scipy import ndimage
 from heartgen import samples
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [samples.ideal_cup, samples.lifelike_lv, samples.biv])
 def test_voxel_volume_converges_to_the_truth(make):
     error = []
@@ -37,6 +38,7 @@ def test_cavity_volume_is_that_of_the_voxels_the_wall_and_the_base_enclose(name,
     assert_allclose(cavity.sum() * np.prod(mask.spacing), truth.cavity_volume, rtol=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["ideal", "lifelike", "valves", "tilted", *samples.names(2)])
 def test_edge_of_the_mask_lies_at_the_true_surface(name, loaded):
     sample = loaded[name]
@@ -49,6 +51,7 @@ def test_edge_of_the_mask_lies_at_the_true_surface(name, loaded):
     assert sample.truth.distance(world).max() < sample.mask.spacing.max() + 1e-6
 
 
+@pytest.mark.slow
 def test_noise_flips_the_asked_share_of_boundary_voxels_only():
     clean = samples.lifelike_lv(2.0)
     noisy = samples.lifelike_lv(2.0, noise=0.3, seed=5)

@@ -17,6 +17,7 @@ from heartgen.service.settings import Settings
 from tests.service.helpers import HOME, bearer, finish, submit
 
 
+@pytest.mark.slow
 def test_job_is_submitted_followed_and_its_result_taken(
     client: TestClient, service: Service, mask: Path, result: Path
 ) -> None:

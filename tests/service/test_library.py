@@ -47,6 +47,7 @@ def publish(client: TestClient, job: str, before: str | None = None, **metadata:
     return answer.json()
 
 
+@pytest.mark.slow
 def test_model_is_published_found_and_taken_away(
     client: TestClient, job: str, tmp_path: Path
 ) -> None:
@@ -134,6 +135,7 @@ def test_pages_escape_what_they_show(client: TestClient, job: str) -> None:
     assert linked["license"].startswith("https://creativecommons.org/")
 
 
+@pytest.mark.slow
 def test_library_goes_out_and_in_again(
     client: TestClient, service: Service, job: str, tmp_path: Path
 ) -> None:
@@ -197,6 +199,7 @@ def test_hostile_archive_is_refused(
     other.database.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("database", ["sqlite"], indirect=True)
 def test_archive_that_slips_is_not_followed(
     client: TestClient, service: Service, job: str, tmp_path: Path

@@ -107,6 +107,7 @@ def inbox() -> Iterator[tuple[Inbox, int]]:
     server.stop()
 
 
+@pytest.mark.slow
 def test_result_mail_is_sent_again_until_it_is_taken(
     client: TestClient, service: Service, mask: Path, result: Path, inbox: tuple[Inbox, int]
 ) -> None:

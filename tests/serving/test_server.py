@@ -128,6 +128,7 @@ def test_no_process_of_the_server_takes_all_memory(server):
     assert 0 < soft < psutil.virtual_memory().total
 
 
+@pytest.mark.slow
 def test_address_that_is_printed_is_the_one_that_answers():
     """Also where the usual port is taken."""
     with socket.socket() as taken:

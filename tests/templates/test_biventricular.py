@@ -23,6 +23,7 @@ def anatomy() -> Anatomy:
     return analyze(samples.biv(COARSE).mask)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("apex", ["collapsed", "hole", "patch"])
 def test_the_endocardium_is_the_ellipsoid(anatomy: Anatomy, apex: Apex) -> None:
     shape = fit_ellipsoid(anatomy)

@@ -79,6 +79,7 @@ def wall_volume(shape: TruncatedEllipsoid, mesh: HexMesh) -> float:
     return inside(shape, 1, polar[1]) - inside(shape, 0, polar[0]) - float(hole)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("apex", ["collapsed", "hole", "patch"])
 @pytest.mark.parametrize("name", SHAPES)
 def test_the_template_is_the_ellipsoid(name: str, apex: Apex) -> None:
@@ -92,6 +93,7 @@ def test_the_template_is_the_ellipsoid(name: str, apex: Apex) -> None:
         assert np.average(off, weights=weights) < 5e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("apex", ["collapsed", "hole"])
 @pytest.mark.parametrize("elements", [(1, 8, 4), (2, 12, 8), (1, 24, 12)])
 def test_with_any_number_of_elements(elements: tuple[int, int, int], apex: Apex) -> None:
@@ -102,11 +104,13 @@ def test_with_any_number_of_elements(elements: tuple[int, int, int], apex: Apex)
         assert distance(BENT, points, depth).max() < 6e-3 * radius(BENT, depth)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("apex", "least"), [("collapsed", 0.7), ("hole", 0.8)])
 def test_that_costs_no_quality(apex: Apex, least: float) -> None:
     assert jacobian_ratio(ellipsoid_mesh(CUP, (1, 12, 6), apex=apex, hole=HOLE)).mean() > least
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("apex", ["collapsed", "hole"])
 def test_mesh_lines_are_meridians_and_parallels(apex: Apex) -> None:
     """The lines of nodes that run along keep their angle, and those around keep their height."""
@@ -123,6 +127,7 @@ def test_mesh_lines_are_meridians_and_parallels(apex: Apex) -> None:
         assert np.ptp(np.linalg.norm(around[..., :2], axis=-1), axis=1).max() < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("apex", ["collapsed", "hole"])
 def test_the_wall_may_be_linear_across(apex: Apex) -> None:
     mesh = ellipsoid_mesh(CUP, (2, 12, 6), graded=False, apex=apex, hole=HOLE)
@@ -131,6 +136,7 @@ def test_the_wall_may_be_linear_across(apex: Apex) -> None:
     assert_allclose(ends[:72, 1], (inner + outer) / 2, atol=1e-9)
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(-2, 2), min_size=3, max_size=3))
 def test_every_section_that_a_fit_may_try_is_positive_definite(p: list[float]) -> None:
     section = _positive(np.array(p))
@@ -159,6 +165,7 @@ def off_axis(anatomy: Anatomy, shape: TruncatedEllipsoid) -> float:
     return float(anatomy.surfaces["lv_endo"].sample(anatomy.to_world(pole))[0][0])
 
 
+@pytest.mark.slow
 def test_the_endocardium_follows_a_pool_that_leaves_the_axis() -> None:
     anatomy = analyze(swaying_cup(7.0))
     shape = fit_ellipsoid(anatomy)
@@ -169,10 +176,12 @@ def test_the_endocardium_follows_a_pool_that_leaves_the_axis() -> None:
     assert report.accuracy.by_surface["lv_endo"] < 0.5
 
 
+@pytest.mark.slow
 def test_one_that_keeps_to_it_has_an_ellipsoid_alone() -> None:
     assert not fit_ellipsoid(analyze(swaying_cup(1.0))).sway.any()
 
 
+@pytest.mark.slow
 def test_what_an_ellipsoid_cannot_follow_is_told() -> None:
     assert fit_ellipsoid(analyze(swaying_cup(0.0))).limited == ()
     # A cone, whose tip is sharper than that of any of these.

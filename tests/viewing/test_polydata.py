@@ -32,6 +32,7 @@ def point_regions(surface, faces):
     return np.repeat(surface["region"].reshape(faces, -1)[:, 0], (PIECES + 1) ** 2)
 
 
+@pytest.mark.slow
 def test_surface_has_every_face_in_pieces(result):
     topology = result.mesh.topology
     surface = polydata.mesh_surface(result.mesh, PIECES)

@@ -73,6 +73,7 @@ def test_base_is_drawn_where_the_mesh_ends(figure, panel):
     assert np.abs(heights).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_slices_follow_the_heart_not_the_image():
     areas = []
     for turn in (None, 3):

@@ -202,6 +202,7 @@ def test_a_heart_that_is_looked_at_lends_its_mesh_to_no_other(tmp_path, kept):
     session.close()
 
 
+@pytest.mark.slow
 def test_hearts_that_wait_come_back(tmp_path, kept):
     place = store.begun()
     session = Session(keeping=Keeping(place))

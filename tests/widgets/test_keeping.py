@@ -75,6 +75,7 @@ def ran(small, tmp_path_factory):
     return root, page.back.store.key, dofs
 
 
+@pytest.mark.slow
 def test_what_is_packed_is_the_same_and_shares_what_was_shared(finished, tmp_path):
     result = finished.shown.result
     known = (result.mask, result.anatomy)
@@ -106,6 +107,7 @@ def test_a_packed_file_makes_nothing_but_what_is_listed(tmp_path):
         unpack(tmp_path / "pickle")
 
 
+@pytest.mark.slow
 def test_a_stack_is_packed_with_its_slices(tmp_path):
     from heartgen.anatomy import analyze
 
@@ -116,6 +118,7 @@ def test_a_stack_is_packed_with_its_slices(tmp_path):
     np.testing.assert_array_equal(again.slices.heights, anatomy.slices.heights)
 
 
+@pytest.mark.slow
 def test_a_session_is_found_by_its_key_alone(ran, monkeypatch):
     root, key, dofs = ran
     monkeypatch.setenv(stores.PLACE, str(root))
@@ -139,6 +142,7 @@ def test_a_session_is_found_by_its_key_alone(ran, monkeypatch):
     assert second.back.store.read()["choices"]["lod"] == 1
 
 
+@pytest.mark.slow
 def test_what_was_left_comes_back_in_a_new_tab_unless_a_link_asks_for_more(ran, monkeypatch):
     root, key, _ = ran
     monkeypatch.setenv(stores.PLACE, str(root))
@@ -154,6 +158,7 @@ def test_what_was_left_comes_back_in_a_new_tab_unless_a_link_asks_for_more(ran, 
     linked.session.close()
 
 
+@pytest.mark.slow
 def test_an_upload_comes_back(coarse_file):
     page = opened()
     path = coarse_file(page.session.folder)
@@ -166,6 +171,7 @@ def test_an_upload_comes_back(coarse_file):
     assert again.source._uploaded == path
 
 
+@pytest.mark.slow
 def test_a_link_is_followed_where_another_session_was_and_only_once(ran, monkeypatch):
     root, key, _ = ran
     monkeypatch.setenv(stores.PLACE, str(root))
@@ -178,6 +184,7 @@ def test_a_link_is_followed_where_another_session_was_and_only_once(ran, monkeyp
     again.session.close()
 
 
+@pytest.mark.slow
 def test_a_page_that_is_left_while_its_session_comes_back_has_lost_nothing(ran, monkeypatch):
     root, key, _ = ran
     monkeypatch.setenv(stores.PLACE, str(root))
@@ -207,6 +214,7 @@ def test_a_session_that_is_damaged_is_told_and_the_page_begins(ran, tmp_path, mo
     page.session.close()
 
 
+@pytest.mark.slow
 def test_a_mesh_that_is_damaged_costs_no_more_than_itself(ran, tmp_path, monkeypatch):
     import shutil
 
@@ -221,6 +229,7 @@ def test_a_mesh_that_is_damaged_costs_no_more_than_itself(ran, tmp_path, monkeyp
     page.session.close()
 
 
+@pytest.mark.slow
 def test_what_cannot_be_written_is_told(small, monkeypatch):
     page = opened("lifelike")
 
@@ -247,6 +256,7 @@ def deadly_pipes():
     signal.signal(signal.SIGPIPE, before)
 
 
+@pytest.mark.slow
 def test_a_process_that_dies_before_it_begins_is_given_up(small, monkeypatch, deadly_pipes):
     monkeypatch.setattr("sys.executable", "/bin/false")
     page = opened("lifelike")
@@ -261,6 +271,7 @@ def test_inputs_of_two_kernels_never_share_a_folder(place, small):
     assert [s.keep_case(mask, {}) for s in (store, beside, store)] == [1, 2, 3]
 
 
+@pytest.mark.slow
 def test_an_upload_that_was_being_read_is_read_again(coarse_file):
     page = opened()
     path = coarse_file(page.session.folder)
@@ -272,6 +283,7 @@ def test_an_upload_that_was_being_read_is_read_again(coarse_file):
     assert again.session.case.name == path.name
 
 
+@pytest.mark.slow
 def test_several_hearts_are_offered_again(coarse_file):
     page = opened()
     one = coarse_file(page.session.folder / "hearts")
@@ -355,6 +367,7 @@ def test_other_levels_are_fitted_after_a_run_and_shown_when_they_are_chosen(smal
     assert sorted(o.lod for o in again.session.outcomes) == [1, 2, 3, 3, 4, 5]
 
 
+@pytest.mark.slow
 def test_a_session_is_saved_and_opened_again(ran, monkeypatch, tmp_path):
     root, key, dofs = ran
     monkeypatch.setenv(stores.PLACE, str(root))

@@ -66,6 +66,7 @@ def test_panels_draw_a_whole_run(page):
     assert page.page.panels["input"].widget.layout.display == "none"
 
 
+@pytest.mark.slow
 def test_first_sample_is_loaded_once_the_page_is_shown():
     widget = dashboard("lifelike")
     session, keeper = widget.session, widget.page.back.keeper
@@ -82,6 +83,7 @@ def test_unknown_sample_is_refused():
         dashboard("nonsense")
 
 
+@pytest.mark.slow
 def test_slices_move(page):
     page.session.load_sample("lifelike").result()
     panel = page.page.panels["input"]
@@ -142,6 +144,7 @@ def test_signs_of_life_are_answered():
     assert sent == [{"kind": "here"}]
 
 
+@pytest.mark.slow
 def test_python_that_is_copied_is_the_one_that_is_shown(page):
     page.session.load_sample("lifelike").result()
     page.session.start().result()
@@ -213,6 +216,7 @@ def test_names_stay_in_their_folder(name, safe):
     assert safe_name(name) == safe
 
 
+@pytest.mark.slow
 def test_the_sample_is_that_of_the_heart_that_is_shown(page):
     session, source = page.session, page.page.source
     session.choices.optimize = False

@@ -37,6 +37,7 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
         yield service
 
 
+@pytest.mark.slow
 def test_mask_drawn_from_a_mesh_holds_its_volume():
     mesh = heartgen.personalize(samples.ideal_cup(4.0).mask, optimize=False).mesh
     mask = drawn(mesh, "cup")

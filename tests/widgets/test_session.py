@@ -41,6 +41,7 @@ def test_a_sample_opens_the_next_steps(session):
     assert phases(session)["assess"] == "blocked"
 
 
+@pytest.mark.slow
 def test_a_run_opens_all_steps(finished):
     assert phases(finished) == {
         "input": "done",
@@ -56,6 +57,7 @@ def test_a_run_opens_all_steps(finished):
     assert finished.shown.result.report.success
 
 
+@pytest.mark.slow
 def test_known_anatomy_is_not_measured_again_and_changes_nothing(finished):
     session = finished
     result = pipeline.personalize(session.case.mask)

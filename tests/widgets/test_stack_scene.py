@@ -53,6 +53,7 @@ def test_moved_slices_are_seen_where_they_were(anatomy: Anatomy) -> None:
     assert given.any() == told == bool(anatomy.slices.shifts.any())
 
 
+@pytest.mark.slow
 def test_only_the_moved_stack_is_mended() -> None:
     assert not np.any(analyze(stack(0)).slices.shifts)
     back = np.linalg.norm(np.diff(analyze(stack(3)).slices.shifts, axis=0), axis=1)
