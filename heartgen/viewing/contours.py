@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from heartgen.anatomy import Anatomy
+from heartgen.anatomy.heart_shape import Slices
+from heartgen.images.isosurface import Isosurface
 
 EDGE_RADIUS = 0.0025
 """Radius of the tubes that show element edges, over the size of the mesh."""
@@ -18,6 +21,9 @@ TUBE_SIDES = 6
 
 OVERLAP = 1.2
 """Length of the pieces of a contour, over what each stands for: they join."""
+
+WITHIN = 1e-3
+"""Distance from the plane of a slice up to which a point belongs to it, mm: numerical noise."""
 
 
 def contour_tubes(anatomy: Anatomy, given: bool = False) -> pv.PolyData:
@@ -38,11 +44,22 @@ def contour_tubes(anatomy: Anatomy, given: bool = False) -> pv.PolyData:
     if anatomy.slices is None:
         return pv.PolyData()
     outline = anatomy.slices.given if given else anatomy.slices.outline
-    along = np.cross(anatomy.slices.normal, outline.normals)
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    along = _along(outline, anatomy.slices)
     half = OVERLAP / 2 * (outline.weights / anatomy.slices.distance)[:, None]
     ends = np.stack([outline.points - half * along, outline.points + half * along], axis=1)
     return tubes_between(ends.reshape(-1, 3), CONTOUR_RADIUS)
+
+
+def _along(outline: Isosurface, slices: Slices) -> NDArray[np.float64]:
+    """Directions (n, 3) of contours: in their slices, or, of further views, to the next point."""
+    along = np.cross(slices.normal, outline.normals)
+    views = slices.away(outline.points) > WITHIN
+    if views.sum() > 1:
+        points = outline.points[views]
+        near = np.asarray(cKDTree(points).query(points, k=2)[1])
+        along[views] = points[near[:, 1]] - points[near[:, 0]]
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    return np.asarray(along / np.maximum(length, np.finfo(float).tiny))
 
 
 def tubes_between(ends: NDArray[np.float64], thickness: float = 1.0) -> pv.PolyData:

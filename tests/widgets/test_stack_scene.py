@@ -11,8 +11,9 @@ pytest.importorskip("pyvista")
 pytest.importorskip("ipywidgets")
 
 from heartgen import samples
-from heartgen.anatomy import Anatomy, analyze
+from heartgen.anatomy import Anatomy, analyze, with_views
 from heartgen.images import Mask
+from heartgen.viewing.contours import _along
 from heartgen.widgets.mesh_scene import WHOLE_OPACITY, mask_scene
 from heartgen.widgets.panels.view import ViewPanel
 from heartgen.widgets.scene_lines import GIVEN
@@ -71,3 +72,22 @@ def test_contours_are_offered_where_there_are_slices() -> None:
     assert "slices" in offered[0]
     assert "slices" not in offered[1]
     session.close()
+
+
+def test_contours_of_views_run_along_their_slices() -> None:
+    dense = samples.lifelike_lv(1.9).mask  # no pixel lies in a slice of the stack
+    middle = int(np.argwhere(dense.voxels).mean(0)[0])
+    voxels = np.zeros_like(dense.voxels)
+    voxels[middle] = dense.voxels[middle]
+    view = replace(dense, voxels=voxels)
+    alone = analyze(samples.lifelike_lv((2.0, 2.0, 10.0)).mask)
+    slices = with_views(alone, [view]).slices
+    assert slices is not None
+    assert alone.slices is not None
+    along = _along(slices.outline, slices)
+    added = along[len(alone.slices.outline.points) :]
+    normal = dense.affine[:3, 0] / np.linalg.norm(dense.affine[:3, 0])
+    assert len(added) > 50
+    assert np.abs(added @ normal).max() < 1e-6
+    np.testing.assert_allclose(np.linalg.norm(along, axis=1), 1)
+    assert np.abs(added @ slices.normal).mean() > 0.6  # mostly from apex to base

@@ -42,9 +42,9 @@ class SeveralPanel:
             "those of long-axis slices",
         )
         classed(self.together, "hg-above")
-        self.widget = widgets.VBox(
-            [self.note, self.together, self.which, classed(widgets.HBox([self.fit]), "hg-buttons")]
-        )
+        parts = [self.note, self.together, self.which]
+        self.widget = widgets.VBox([*parts, classed(widgets.HBox([self.fit]), "hg-buttons")])
+        classed(self.widget, "hg-several")
         self._offering = False
         self.which.observe(self.look, "value")
         self.together.observe(self.look, "value")
