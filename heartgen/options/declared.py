@@ -18,11 +18,12 @@ from heartgen.options.defaults import OPTIMIZED_PASSES, OPTIMIZED_PASSES_OF_ONE,
 from heartgen.options.option import Option, attributes, listed
 from heartgen.options.refusing import refuses_in_sentences
 from heartgen.options.values import (
-    MOST_ELEMENTS,
     NUMBER,
+    OUT_OF_BALANCE,
     QUALITY_LIMITS,
     ROW,
     SWITCH,
+    TOO_MANY,
     WHOLE,
     Apex,
     Count,
@@ -30,9 +31,6 @@ from heartgen.options.values import (
     Insertion,
 )
 from heartgen.renamed import takes_former_options
-
-TOO_MANY = f"are not three positive numbers up to {MOST_ELEMENTS}"
-OUT_OF_BALANCE = f"is not a number from {QUALITY_LIMITS[0]:g} to {QUALITY_LIMITS[1]:g}"
 
 
 @takes_former_options

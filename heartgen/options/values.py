@@ -16,8 +16,12 @@ Insertion = Literal["rounded", "squared"]
 QUALITY_LIMITS = (0.01, 100.0)
 """Range of the quality dial."""
 
+OUT_OF_BALANCE = f"is not a number from {QUALITY_LIMITS[0]:g} to {QUALITY_LIMITS[1]:g}"
+
 MOST_ELEMENTS = 9999
 """In each direction; far more than any computer would hold."""
+
+TOO_MANY = f"are not three positive numbers up to {MOST_ELEMENTS}"
 
 
 def _switch(value: Any) -> bool:
