@@ -147,6 +147,7 @@ def test_a_mesh_on_its_own_mask_has_no_error(mesh: HexMesh, kind: str) -> None:
     assert found.dice == pytest.approx(1, abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", WITHIN)
 @pytest.mark.parametrize("direction", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (-0.48, 0.6, 0.64)])
 def test_error_of_a_shifted_heart(mesh: HexMesh, direction: tuple[float, ...], kind: str) -> None:

@@ -114,6 +114,7 @@ def test_strains_are_of_the_wall_that_corresponds(both: list[HexMesh]) -> None:
         assert abs(getattr(found, name)) < 0.1  # the left ventricle is the same
 
 
+@pytest.mark.slow
 def test_it_says_of_how_much_of_the_wall_they_are(both: list[HexMesh]) -> None:
     smaller = both[1].transformed(np.diag([0.8, 0.8, 0.8, 1.0]))
     found = heartgen.compare([both[0], smaller], ["large", "small"])

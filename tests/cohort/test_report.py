@@ -117,6 +117,7 @@ def test_page_tells_all_and_loads_nothing(out):
     assert "block" in page.words
 
 
+@pytest.mark.slow
 def test_masks_that_are_not_there_any_more_are_not_shown(out):
     page = Reader(write_report(out, out / "other.html").read_text(encoding="utf-8"))
     assert page.scenes == []

@@ -55,6 +55,7 @@ def test_coordinates_have_their_ranges_and_ends(mesh: HexMesh) -> None:
     assert np.ptp(angle) > 2 * np.pi * 0.9
 
 
+@pytest.mark.slow
 def test_scalar_fields_are_continuous(mesh: HexMesh) -> None:
     fields = by_name(mesh)
     for name in ("transmural", "longitudinal", "curvature"):

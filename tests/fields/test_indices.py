@@ -79,6 +79,7 @@ def test_surface_that_does_not_reach_the_base_is_refused(land: HexMesh) -> None:
         basal_rim(HexMesh(land.dofs, replace(land.topology, surfaces=surfaces)), "lv_endo")
 
 
+@pytest.mark.slow
 def test_strain_of_a_change_of_size(mesh: HexMesh) -> None:
     found = global_strains(mesh, mesh.transformed(np.diag([0.8, 0.8, 0.8, 1.0])))
     assert found.longitudinal == pytest.approx(-0.2)

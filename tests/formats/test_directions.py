@@ -77,6 +77,7 @@ def test_febio_has_right_angles(heart, tmp_path):
     assert_orthonormal(*axes)
 
 
+@pytest.mark.slow
 def test_abaqus_has_right_angles(heart, tmp_path):
     path = tmp_path / file_name("heart", "inp")
     write_mesh(heart, path, make_fields(heart, ["fibers"]), "inp")

@@ -269,6 +269,7 @@ def test_every_exact_format_has_a_foreign_reader():
     assert exact == {form for form, _ in READERS}
 
 
+@pytest.mark.slow
 def test_a_finite_element_library_finds_our_volume_in_its_mass_matrix(heart, tmp_path):
     mfem = pytest.importorskip("mfem.ser")
     mesh = mfem.Mesh(str(written(heart, tmp_path, "mfem")[0]))

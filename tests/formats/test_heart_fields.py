@@ -92,6 +92,7 @@ def test_zinc_makes_our_fibers_of_the_angles(heart, tmp_path, form):
             assert np.abs(values - expected[element, place]).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_angles_follow_the_fibers_between_the_nodes(heart):
     """Far from where directions meet, axes from the angles stay those of the interpolated fiber."""
     (angles,) = make_fields(heart, ["angles"])

@@ -85,6 +85,7 @@ def test_a_mesh_that_was_read_is_as_good_as_ours(heart, tmp_path):
     assert deviation(hermite, heart) < CLOSE
 
 
+@pytest.mark.slow
 def test_exf_to_mesh_to_exf_is_identical(based, tmp_path):
     fields = some_fields(based)
     groups = {
@@ -119,6 +120,7 @@ def test_turned_elements_are_read(turned, tmp_path):
 # --- files of other software ---------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_what_zinc_writes_is_read(based, tmp_path):
     zinc = pytest.importorskip("cmlibs.zinc.context")
     fields = some_fields(based)

@@ -8,6 +8,7 @@ from numpy.testing import assert_array_equal
 from heartgen.mesh.skeleton import COLLAPSED, skeleton
 
 
+@pytest.mark.slow
 def test_every_face_has_one_or_two_elements_and_the_outer_ones_are_the_named(mesh):
     faces = skeleton(mesh.topology).faces
     users = np.bincount(faces[faces != COLLAPSED])

@@ -46,6 +46,7 @@ ABAQUS_FACES = {
 """Nodes of the faces S1, S2, ... in Abaqus's manual."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["hex8", "tet4"])
 def test_surfaces_of_abaqus_are_those_of_the_mesh(heart, kind, tmp_path):
     _, cells = written(heart, tmp_path, "inp", kind)
@@ -114,6 +115,7 @@ def test_febio_file_is_read_by_its_model(name, kind, tmp_path, request):
         assert facets == [f for group in cells.facets(surface) for f in group.tolist()]
 
 
+@pytest.mark.slow
 def test_febio_has_a_domain_for_each_region_and_kind(biv, tmp_path):
     _, cells = written(biv, tmp_path, "feb", "hex8")
     root = ET.parse(tmp_path / "heart.feb").getroot()

@@ -12,6 +12,7 @@ from .cells import vtk_volumes
 from .simple import written
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["stl", "ply", "obj", "glb"])
 def test_surfaces_are_closed_and_hold_the_volume(heart, ending, tmp_path):
     trimesh = pytest.importorskip("trimesh")

@@ -78,6 +78,7 @@ def test_every_place_of_every_element_is_ours(mesh, written):
     assert_allclose(evaluate(grid, xi), mesh.evaluate(xi), rtol=0, atol=CLOSE)
 
 
+@pytest.mark.slow
 def test_lattice_points_are_stored_to_the_bit(mesh, written):
     grid = written(mesh)
     stored = points(grid)[connectivity(grid)[:, lattice_order()]]

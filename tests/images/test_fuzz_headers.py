@@ -251,6 +251,7 @@ def worker(cup, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Worker]:
     one.stop()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_sound_files_are_read(name, worker):
     expected = "refused" if name.startswith("cine") else "mask"  # for want of a frame

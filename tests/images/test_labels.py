@@ -47,6 +47,7 @@ def relabeled(labels, numbers):
     return np.array([0, *numbers], dtype=np.int16)[labels]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NUMBERS)
 @pytest.mark.parametrize("given", ["name", "auto", "mapping", "Scheme"])
 def test_every_scheme_gives_the_same_heart(name, given, image, save, acdc):

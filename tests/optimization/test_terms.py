@@ -68,6 +68,7 @@ def test_the_energy_has_these_terms(heart: Heart) -> None:
     assert [type(t) for t in heart.energy().terms(np.ones(heart.mesh.n_elements))] == list(TERMS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", FROZEN)
 @pytest.mark.parametrize("seed", range(3))
 def test_gradient_is_that_of_the_value(heart: Heart, kind: type, seed: int) -> None:
@@ -163,6 +164,7 @@ def test_what_counts_less_when_eased_and_more_when_weighed(heart: Heart) -> None
         assert eased[kind] == pytest.approx((1 if data else 0.25) * usual[kind])
 
 
+@pytest.mark.slow
 def test_a_fold_is_infinite_to_a_valid_mesh_and_finite_to_a_folded_one(fine: Heart) -> None:
     energy, term = fine.energy(), term_of(fine, EvenJacobians)
     q, far = (place(fine, size) for size in (0.1, 5.0))

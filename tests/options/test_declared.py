@@ -143,6 +143,7 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("table")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("option", OPTIONS.values(), ids=OPTIONS)
 @settings(max_examples=20)
 @given(data=st.data())

@@ -115,6 +115,7 @@ def test_nothing_is_moved_where_nothing_moved(template: HexMesh) -> None:
     assert np.abs(deformation(points) - points).max() < 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MAPS)
 def test_known_maps_are_found(template: HexMesh, name: str) -> None:
     move, back = MAPS[name]

@@ -6,6 +6,7 @@ from scipy import ndimage
 from heartgen import samples
 
 
+@pytest.mark.slow
 def test_lifelike_wall_tapers_from_base_to_apex(loaded):
     truth = loaded["lifelike"].truth
     endo, _ = truth.surface(4000, "endo")

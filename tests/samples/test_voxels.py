@@ -20,6 +20,7 @@ def test_voxel_volume_converges_to_the_truth(make):
     assert error[0] / error[-1] > 4, "at least first order in the spacing"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["ideal", "lifelike", "valves", "tilted", *samples.names(2)])
 def test_named_masks_have_the_true_volume(name, loaded):
     """Also where the base is parallel to the voxel planes: it must fall between two of them."""

@@ -41,6 +41,7 @@ def test_job_is_submitted_followed_and_its_result_taken(
     assert [each["id"] for each in client.get("/v1/jobs").json()] == [job["id"]]
 
 
+@pytest.mark.slow
 def test_same_mask_and_options_are_answered_from_the_store(
     client: TestClient, service: Service, mask: Path, result: Path
 ) -> None:
@@ -68,6 +69,7 @@ def test_cancelled_job_stays_cancelled(client: TestClient, service: Service, mas
     assert "cancelled" in client.get(f"/v1/jobs/{job}/results").json()["detail"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("data", "said"),
     [

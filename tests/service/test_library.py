@@ -104,6 +104,7 @@ def test_only_its_owner_changes_a_model(guarded: TestClient, mask: Path, result:
     assert guarded.get(f"/v1/models/{model}", headers=reader).status_code == 200
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "metadata",
     [
@@ -171,6 +172,7 @@ def spoiled(path: Path, target: Path, table=lambda rows: rows, names=lambda name
     return target
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("database", ["sqlite"], indirect=True)
 @pytest.mark.parametrize(
     "change",

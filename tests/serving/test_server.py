@@ -56,6 +56,7 @@ def ask(path, word=WORD, method="GET", timeout=20):
         return None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("path", "method"),
     [

@@ -10,6 +10,7 @@ pytest.importorskip("matplotlib")
 from heartgen.viewing import draw_histograms
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fitted", ["result", "stack"])
 def test_errors_drawn_are_those_of_the_report(fitted, request):
     result = request.getfixturevalue(fitted)

@@ -202,6 +202,7 @@ def test_a_page_that_is_left_while_its_session_comes_back_has_lost_nothing(ran, 
     page.session.close()
 
 
+@pytest.mark.slow
 def test_a_session_that_is_damaged_is_told_and_the_page_begins(ran, tmp_path, monkeypatch):
     import shutil
 
@@ -474,6 +475,7 @@ def test_a_session_that_was_sent_reads_no_files_but_its_own(place, small, tmp_pa
         keeping.past(stores.found(store.key))
 
 
+@pytest.mark.slow
 def test_a_session_that_comes_back_in_part_stays_on_the_disk_as_it_was(ran, monkeypatch):
     root, key, _ = ran
     monkeypatch.setenv(stores.PLACE, str(root))
@@ -489,6 +491,7 @@ def test_a_session_that_comes_back_in_part_stays_on_the_disk_as_it_was(ran, monk
     page.session.keeping = None
 
 
+@pytest.mark.slow
 def test_a_level_that_is_chosen_while_another_heart_is_read_does_not_bring_the_former_back(ran):
     page = opened("lifelike")
     session = page.session
@@ -503,6 +506,7 @@ def test_a_level_that_is_chosen_while_another_heart_is_read_does_not_bring_the_f
     left(page)
 
 
+@pytest.mark.slow
 def test_what_waits_is_not_written_into_a_session_that_was_opened(ran, monkeypatch, tmp_path):
     root, key, dofs = ran
     monkeypatch.setenv(stores.PLACE, str(root))

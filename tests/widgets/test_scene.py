@@ -39,6 +39,7 @@ def test_controls_offer_what_the_scene_knows():
     assert tuple((title, key) for key, title in LINES.items()) == view.LINES
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("color", COLORINGS)
 def test_every_coloring_has_a_key_and_more_than_one_color(finished, color):
     scene = mesh_scene(finished.shown, replace(VIEW, color=color))
