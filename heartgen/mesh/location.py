@@ -33,6 +33,9 @@ DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-4, 1e-12, 1e8
 """Of a step, relative to the diagonal of its matrix: the first that is tried after a failure, that
 of Newton's method, which is none but for rounding, and the one at which there is no way down."""
 
+TINY = 1e-300
+"""Added to the diagonal, mm^2: no more, as near a pole the slope around it is small, and counts."""
+
 
 def at(control: Array, elements: ArrayLike, xi: ArrayLike) -> Array:
     """Values of points, each at local coordinates of an element of its own.
@@ -203,9 +206,8 @@ def _newton(control, p, xi, tolerance, work, state):  # type: ignore[no-untyped-
                 matrix[d, c] = 0.0
                 for x in range(3):
                     matrix[d, c] += state[1 + d, x] * state[1 + c, x]
-        least = 1e-14 * (matrix[0, 0] + matrix[1, 1] + matrix[2, 2]) + 1e-300
         for d in range(3):
-            matrix[d, d] = matrix[d, d] * (1.0 + damping) + least
+            matrix[d, d] = matrix[d, d] * (1.0 + damping) + TINY
         for d in range(3):
             held_low = xi[d] <= 0.0 and gradient[d] > 0.0
             held_high = xi[d] >= 1.0 and gradient[d] < 0.0

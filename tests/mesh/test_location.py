@@ -65,6 +65,19 @@ def test_inside_an_element_it_is_that_one(apex):
     assert_allclose(where, xi, atol=1e-7)
 
 
+@pytest.mark.parametrize("apex", MESHES)
+def test_found_however_near_a_pole_or_a_face_they_are(apex):
+    mesh, generator = MESHES[apex], np.random.default_rng(5)
+    elements = generator.integers(mesh.n_elements, size=3000)
+    near = 10.0 ** generator.uniform(-18, -1, (3000, 3))
+    xi = np.where(generator.random((3000, 3)) < 0.5, near, generator.random((3000, 3)))
+    xi = np.where(generator.random((3000, 3)) < 0.5, xi, 1 - xi)
+    points = mesh.evaluate(elements, xi)
+    found, where = mesh.locate(points)
+    assert (found >= 0).all()
+    assert_allclose(mesh.evaluate(found, where), points, atol=FOUND, rtol=0)
+
+
 def test_found_without_any_symmetry(disturbed):
     generator = np.random.default_rng(4)
     elements = generator.integers(disturbed.n_elements, size=500)
