@@ -27,6 +27,9 @@ BOTH = "?sample=biv&run=1"
 
 ALSO = ".hg-run-label:has-text('also at level 2, 3, 4, 5')"
 
+LOOK = 2.0
+"""Seconds for which a mesh is looked at before the next level is chosen."""
+
 COLORS = 40
 """More colors, of 16 shades a channel, are a mesh: a mask has one, in light and shade."""
 
@@ -106,7 +109,10 @@ def levels(page: Page) -> None:
     """Print the times of switches between levels that were fitted in the background."""
     page.wait_for_selector(ALSO)
     ways = [("ArrowRight", n) for n in (2, 3, 4, 5)] + [("ArrowLeft", n) for n in (4, 3, 2, 1)]
-    seconds = [page.evaluate(SWITCH, [key, f"LoD {n}"]) for key, n in ways]
+    seconds = []
+    for key, n in ways:
+        time.sleep(LOOK)
+        seconds.append(page.evaluate(SWITCH, [key, f"LoD {n}"]))
     told = ", ".join(f"{s:.2f}" for s in seconds)
     print(f"| level switch, median, s | {statistics.median(seconds):.2f} ({told}) |", flush=True)
 

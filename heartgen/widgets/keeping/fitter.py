@@ -50,6 +50,8 @@ def main() -> None:
     background = BACKGROUND in sys.argv
     if background and hasattr(os, "nice"):
         os.nice(NICENESS)
+        with suppress(OSError):  # Linux weighs sessions first, and processes within each
+            Path("/proc/self/autogroup").write_text(str(NICENESS))
     jobs: SimpleQueue[str] = SimpleQueue()
     alone = Event()
     Thread(target=_receive, args=(jobs, alone), daemon=True).start()
