@@ -8,8 +8,8 @@ With --paper the paper's four steps alone, without the optimization. With --scor
 script ``SCORE.py`` with a function ``score(mask, [mesh])`` measures the meshes of the levels in
 --scored too; with --fairness, one with a function ``fairness(elements, mask)`` of the points
 (e, 64, 3) of cubic Lagrange elements. With --every, only the first of every N masks is fitted.
-Writes OUT.csv
-(a line per case and level) and prints the medians, the successes and certified meshes, the
+Writes OUT.csv and
+OUT.jsonl (a line per case and level) and prints the medians, the successes and certified meshes, the
 errors by surface, the wriggle of the lines and what the optimization adds to it, the worst cases,
 and how error and quality move from level to level.
 """
@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import json
 import importlib.util
 import multiprocessing
 import os
@@ -95,6 +96,8 @@ def main() -> None:
         writer = csv.DictWriter(f, fieldnames=list(dict.fromkeys(k for r in rows for k in r)))
         writer.writeheader()
         writer.writerows(rows)
+    lines = [json.dumps(row, default=float) + "\n" for row in rows]
+    Path(f"{a.out}.jsonl").write_text("".join(lines), encoding="utf-8")
     print(f"\n{summary(rows, len(cases), levels)}")
 
 
