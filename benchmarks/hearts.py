@@ -8,18 +8,17 @@ With --paper the paper's four steps alone, without the optimization. With --scor
 script ``SCORE.py`` with a function ``score(mask, [mesh])`` measures the meshes of the levels in
 --scored too; with --fairness, one with a function ``fairness(elements, mask)`` of the points
 (e, 64, 3) of cubic Lagrange elements. With --every, only the first of every N masks is fitted.
-Writes OUT.csv and
-OUT.jsonl (a line per case and level) and prints the medians, the successes and certified meshes, the
-errors by surface, the wriggle of the lines and what the optimization adds to it, the worst cases,
-and how error and quality move from level to level.
+Writes OUT.csv and OUT.jsonl (a line per case and level) and prints the medians, the successes and
+certified meshes, the errors by surface, the wriggle of the lines and what the optimization adds to
+it, the worst cases, and how error and quality move from level to level.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
-import json
 import importlib.util
+import json
 import multiprocessing
 import os
 import sys
