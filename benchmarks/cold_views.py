@@ -20,9 +20,10 @@ import subprocess
 import sys
 import tempfile
 import time
+import urllib.error
 import urllib.request
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -105,7 +106,11 @@ def idle(address: str) -> None:
     while quiet < QUIET:
         assert time.monotonic() < end, "the kernel does not come to rest"
         time.sleep(0.5)
-        with urllib.request.urlopen(f"{address.split('lab/')[0]}api/kernels", timeout=60) as answer:
+        states = []
+        with (
+            suppress(urllib.error.HTTPError),  # the server fails while a kernel comes up
+            urllib.request.urlopen(f"{address.split('lab/')[0]}api/kernels", timeout=60) as answer,
+        ):
             states = [kernel["execution_state"] for kernel in json.load(answer)]
         quiet = quiet + 1 if states == ["idle"] else 0
 
