@@ -11,6 +11,7 @@ MARGINS = """<style>
   #rendered_cells .jp-RenderedMarkdown { line-height: 1.6; }
   #rendered_cells .jp-Cell-outputWrapper { padding: 0.25rem 5px !important; }
   #rendered_cells pre { word-break: normal; overflow-wrap: anywhere; }
+  #rendered_cells mjx-container[display="true"] { overflow-x: auto; overflow-y: hidden; }
 </style>"""
 
 
