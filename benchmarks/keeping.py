@@ -26,6 +26,7 @@ from playwright.sync_api import BrowserContext, Error, Page, Playwright, sync_pl
 from benchmarks.chromium import FLAGS, find
 from benchmarks.dashboard import PATIENCE, READY, RUN, served
 from heartgen.serving.limits import CULL_SECONDS, IDLE_SECONDS
+from heartgen.widgets.keeping.store import LEFT_SECONDS
 
 TIMES = 20
 """Interruptions."""
@@ -59,10 +60,10 @@ def main() -> None:
                 found = [n for name, n in lost if name == kind]
                 print(f"| {kind} | {len(found)} | {sum(found)} |", flush=True)
             visitor.context.close()
-        wait_seconds = IDLE_SECONDS + 2 * CULL_SECONDS
+        wait_seconds = LEFT_SECONDS + IDLE_SECONDS + 2 * CULL_SECONDS  # it was fitting levels
         time.sleep(wait_seconds)
         left = processes(server.pid, folder)
-        print(f"| kernels and fitting processes after {wait_seconds} s | {len(left)} | |")
+        print(f"| kernels and fitting processes after {wait_seconds:.0f} s | {len(left)} | |")
 
 
 class Visitor:

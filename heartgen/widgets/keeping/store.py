@@ -35,9 +35,12 @@ KEPT_SECONDS = 24 * 3600
 KEPT_BYTES = 20_000_000_000
 """Most that all sessions take on the disk; beyond it those go first that were left first."""
 
-HELD_SECONDS = 180.0
-"""Without a sign of life for so long, a page is closed: one gives them every ten seconds, and
+LEFT_SECONDS = 90.0
+"""Without a sign of life for so long, a page seems closed: one gives them every ten seconds, and
 every minute where its tab is hidden."""
+
+HELD_SECONDS = 2 * LEFT_SECONDS
+"""The same, before what is kept of it may go."""
 
 KEY = re.compile(r"[A-Za-z0-9_-]{32}")
 """24 random bytes: nobody guesses them."""
@@ -91,7 +94,7 @@ class Store:
     @property
     def left(self) -> bool:
         """Whether the page was closed, as far as is known."""
-        return self.lasting and time.time() - _held(self.folder) > HELD_SECONDS
+        return self.lasting and time.time() - _held(self.folder) > LEFT_SECONDS
 
     def write(self, state: dict[str, Any]) -> None:
         """Write down how the session stands, unless somebody else has it.
