@@ -118,7 +118,9 @@ class Session(SessionInput):
                 if self.keeping is not None and not self.keeping.store.mine:
                     return  # whoever has the session now reads the rest
                 try:
-                    case = load_origin(origin)
+                    shown = self.case
+                    same = shown is not None and dict(shown.origin) == origin
+                    case = shown if same else load_origin(origin)
                     if self.keeping is not None:
                         self.keeping.keep_case(case)
                 except Exception as error:

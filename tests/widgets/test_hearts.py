@@ -203,6 +203,20 @@ def test_a_heart_that_is_looked_at_lends_its_mesh_to_no_other(tmp_path, kept):
 
 
 @pytest.mark.slow
+@pytest.mark.slow
+def test_the_heart_that_is_looked_at_is_seen_when_all_are_fitted(tmp_path):
+    one, two = (image(tmp_path / f"{name}.nii.gz") for name in ("one", "two"))
+    session = Session()
+    session.choices.optimize = False
+    session.load_origin(origin(one)).result()
+    session.start_all(map(origin, (one, two))).result()
+    session._fits.submit(lambda: None).result()
+    assert [run.case is session.case for run in session.runs] == [True, False]
+    assert session.runs[0].reused == ("shape analysis",)
+    assert session.shown is session.runs[0].outcomes[0]
+    session.close()
+
+
 def test_hearts_that_wait_come_back(tmp_path, kept):
     place = store.begun()
     session = Session(keeping=Keeping(place))
