@@ -6,7 +6,7 @@ What takes long to import is imported inside the commands, so that ``heartgen --
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -26,7 +26,11 @@ from heartgen.cli.parameters import (
     RvWall,
     Views,
 )
+from heartgen.errors import HeartgenError
 from heartgen.options import Options, options_from_text
+
+if TYPE_CHECKING:
+    from heartgen.result import Personalization
 
 __all__ = ["app"]
 
@@ -106,7 +110,6 @@ def demo(
     with errors_reported(debug):
         from heartgen import samples
         from heartgen.images.writing import write_mask
-        from heartgen.viewing import view_html
 
         check_folder(out)
         heart = samples.load(sample)
@@ -116,9 +119,26 @@ def demo(
         with written_together(out) as folder:
             write_mask(heart.mask, folder / "mask.nii.gz")
             result.write(folder)
-            with errors.status("making the page"):
-                view_html(result, folder / "index.html")
-        typer.echo(f"Open {out / 'index.html'} in a browser.")
+            lacking = _write_page(result, folder / "index.html")
+        if lacking:
+            errors.print(f"There is no page: {lacking}", markup=False, soft_wrap=True)
+            typer.echo(f"The mesh is in {out}.")
+        else:
+            typer.echo(f"Open {out / 'index.html'} in a browser.")
+
+
+def _write_page(result: Personalization, path: Path) -> str:
+    """Write the page that shows a result; what it lacks, of an installation without pictures."""
+    try:
+        from heartgen.viewing import view_html
+
+        with errors.status("making the page"):
+            view_html(result, path)
+    except HeartgenError as error:
+        if not isinstance(error.__cause__, ModuleNotFoundError):
+            raise
+        return str(error)
+    return ""
 
 
 def _fields(text: str) -> tuple[str, ...]:

@@ -92,21 +92,17 @@ def test_folder_without_permission_is_refused_before_the_work(run, mask_file, tm
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("missing", "arguments"),
-    [("pyvista", ["demo"]), ("trame_vtk", ["demo"]), ("matplotlib", ["inspect", "x"])],
-)
-def test_missing_extra_is_told_with_its_remedy(names, missing, arguments, tmp_path):
-    code = f"import sys; sys.modules[{missing!r}] = None; from heartgen.cli import main; main()"
+def test_missing_extra_is_told_with_its_remedy(names, tmp_path):
+    code = "import sys; sys.modules['matplotlib'] = None; from heartgen.cli import main; main()"
     answer = subprocess.run(
-        [sys.executable, "-c", code, *arguments],
+        [sys.executable, "-c", code, "inspect", "x"],
         cwd=tmp_path,
         capture_output=True,
         text=True,
         check=False,
     )
     assert answer.returncode == 1
-    assert f"need the package {missing}" in answer.stderr
+    assert "need the package matplotlib" in answer.stderr
     assert "pip install 'heartgen[plot]'" in answer.stderr
     assert names(tmp_path) == []
 
