@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,6 +27,9 @@ AUTO = "auto"
 
 VIEWS = "views"
 """Part of an input's origin: files of further views."""
+
+FILES = ("file", VIEWS)
+"""Parts of an input's origin that are paths, one in each line."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,6 +172,31 @@ def load_sample(name: str) -> InputCase:
     digest = hashlib.sha256(sample.mask.voxels.tobytes() + sample.mask.affine.tobytes())
     code = f"heartgen.samples.load({name!r}).mask"
     return InputCase(sample.mask, code, digest.hexdigest(), sample.description, {"sample": name})
+
+
+def paths_of(origin: Mapping[str, str]) -> list[str]:
+    """Files of an input's origin.
+
+    Parameters
+    ----------
+    origin : dict of str to str
+        As of `InputCase`.
+    """
+    return [line for name in FILES for line in origin.get(name, "").splitlines()]
+
+
+def with_paths(origin: Mapping[str, str], change: Callable[[str], str]) -> dict[str, str]:
+    """An input's origin with other paths, such as from another folder.
+
+    Parameters
+    ----------
+    origin : dict of str to str
+        As of `InputCase`.
+    change : callable
+        Gives the new path of each.
+    """
+    named = {name: origin[name].splitlines() for name in FILES if name in origin}
+    return {**origin, **{name: "\n".join(map(change, each)) for name, each in named.items()}}
 
 
 def load_origin(origin: Mapping[str, str]) -> InputCase:

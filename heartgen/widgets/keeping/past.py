@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from heartgen.errors import HeartgenError, InputError
 from heartgen.options import ANALYZED, OPTIONS
-from heartgen.widgets.input_case import VIEWS, InputCase
+from heartgen.widgets.input_case import InputCase, paths_of, with_paths
 from heartgen.widgets.keeping.jobs import Input, Job, options_of
 from heartgen.widgets.keeping.store import Store
 from heartgen.widgets.runs import ALL_LEVELS, Make, Outcome, Run, Waiting
@@ -161,18 +161,12 @@ class PastReader:
 
     def _origin(self, told: Mapping[str, str]) -> dict[str, str]:
         """Where an input comes from; nowhere if its file is not there any more."""
-        if "file" not in told:
-            return dict(told)
-        found = {
-            name: [self._store.folder / line for line in told[name].splitlines()]
-            for name in ("file", VIEWS)
-            if name in told
-        }
-        paths = [path for each in found.values() for path in each]
+        origin = with_paths(told, lambda line: str(self._store.folder / line))
         uploads = self._store.uploads.resolve()  # a session that was sent may name any path
-        if not all(p.exists() and p.resolve().is_relative_to(uploads) for p in paths):
-            return {}
-        return {**told, **{name: "\n".join(map(str, each)) for name, each in found.items()}}
+        for path in map(Path, paths_of(origin)):
+            if not (path.exists() and path.resolve().is_relative_to(uploads)):
+                return {}
+        return origin
 
     def _run(self, told: dict[str, Any], case: InputCase) -> Run:
         """A run with its meshes; one that went on waits to go on."""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from heartgen.errors import Cancelled
 from heartgen.options import OPTIONS
-from heartgen.widgets.input_case import VIEWS, InputCase
+from heartgen.widgets.input_case import InputCase, with_paths
 from heartgen.widgets.keeping.fits import Arrived, Fitter
 from heartgen.widgets.keeping.jobs import Job
 from heartgen.widgets.keeping.past import OTHERS, Past, PastReader, job_of, measured_name
@@ -272,16 +272,7 @@ class Keeping:
 
     def _told_origin(self, origin: Mapping[str, str]) -> dict[str, str]:
         """Where an input comes from, as it is written: its file as seen from the session."""
-        if "file" not in origin:
-            return dict(origin)
-        near = {
-            name: "\n".join(
-                os.path.relpath(path, self.store.folder) for path in origin[name].splitlines()
-            )
-            for name in ("file", VIEWS)
-            if name in origin
-        }
-        return {**origin, **near}
+        return with_paths(origin, lambda path: os.path.relpath(path, self.store.folder))
 
     def _write(self, _: Any) -> None:
         """Write down how the session stands."""
