@@ -30,11 +30,14 @@ app: $(READY_APP) ## open the dashboard in the browser, with a sample heart load
 demo: $(READY_APP) ## mesh a sample heart and look at the result in out/demo
 	$(BIN)/heartgen demo -o out/demo
 
+# A process of tests that dies is told with its test and ends the run: xdist would wait for ever.
+PYTEST := $(BIN)/pytest -n 2 --dist loadscope --max-worker-restart=0
+
 test: $(READY) ## run all tests, on two processes
-	$(BIN)/pytest -n 2 --dist loadscope --durations=10
+	$(PYTEST) --durations=10
 
 test-fast: $(READY) ## run the tests that are not marked slow
-	$(BIN)/pytest -n 2 --dist loadscope -m "not slow" tests
+	$(PYTEST) -m "not slow" tests
 
 test-oldest test-latest: $(READY) ## run the tests that are not slow with the oldest, or latest, dependencies
 	$(BIN)/uv venv --quiet --clear build/$@

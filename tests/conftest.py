@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import signal
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -17,6 +20,16 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 settings.register_profile("local", deadline=None)
 settings.register_profile("ci", deadline=None, derandomize=True, print_blob=True)
 settings.load_profile("ci" if os.environ.get("CI") else "local")
+
+
+@pytest.fixture(autouse=True)
+def _a_broken_pipe_is_an_error() -> Iterator[None]:
+    """See that no library takes this from Python: a write would end the process of later tests."""
+    yield
+    with suppress(FileNotFoundError):  # a system without /proc
+        status = Path("/proc/self/status").read_text()
+        ignored = int(next(line for line in status.splitlines() if "SigIgn" in line).split()[1], 16)
+        assert ignored >> (signal.SIGPIPE - 1) & 1, "SIGPIPE has its default again"
 
 
 @pytest.fixture(scope="session")
