@@ -24,9 +24,10 @@ from heartgen.widgets.transfer import WEB
 
 PARTS = ("mesh", "edges", "mask")
 
-CONFIRM = (5.0, 10.0, 20.0, 40.0, 80.0)
+CONFIRM = (5.0, 10.0, 20.0, 40.0)
 """Seconds after which a revision that no browser has confirmed is sent again: a busy one is slow,
-and one that is not there yet asks by itself."""
+and one that is not there yet asks by itself. In all less than after which a page seems closed: a
+kernel that still sends is not idle, and would not be ended."""
 
 SCRIPTS = ("geometry.js", "view.js", "view_tools.js")
 

@@ -11,6 +11,7 @@ import pytest
 pytest.importorskip("trame_vtk")
 
 from heartgen.widgets import scene_widget
+from heartgen.widgets.keeping.store import LEFT_SECONDS
 from heartgen.widgets.mesh_scene import SceneView, mask_scene, mesh_scene, stages_moving
 from heartgen.widgets.viewer import HeartView
 
@@ -61,6 +62,10 @@ def test_what_no_browser_confirms_is_sent_again(finished, view, monkeypatch):
     # A thread of its own: tests with a browser leave an event loop running in this one.
     with ThreadPoolExecutor(1) as thread:
         assert thread.submit(asyncio.run, shown()).result() == (3, 0)
+
+
+def test_what_is_sent_again_does_not_keep_the_kernel_of_a_closed_page():
+    assert sum(scene_widget.CONFIRM) < LEFT_SECONDS
 
 
 def test_a_view_that_opens_with_something_old_is_told_anew(finished, view, monkeypatch):
