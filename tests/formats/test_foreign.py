@@ -120,7 +120,7 @@ class ByGmsh:
             pytest.skip(f"Gmsh cannot be loaded: {error}")
         self.gmsh = gmsh
         self.gmsh.initialize(interruptible=False)
-        # Gmsh gives SIGPIPE back its default: any later write to what has gone would end this process
+        # it gives SIGPIPE back its default: a later write to what has gone would end this process
         signal.signal(signal.SIGPIPE, signal.SIG_IGN)
         self.gmsh.option.setNumber("General.Terminal", 0)
         self.gmsh.open(str(paths[0]))
