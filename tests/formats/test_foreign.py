@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 
 import numpy as np
@@ -120,8 +119,6 @@ class ByGmsh:
             pytest.skip(f"Gmsh cannot be loaded: {error}")
         self.gmsh = gmsh
         self.gmsh.initialize(interruptible=False)
-        # it gives SIGPIPE back its default: a later write to what has gone would end this process
-        signal.signal(signal.SIGPIPE, signal.SIG_IGN)
         self.gmsh.option.setNumber("General.Terminal", 0)
         self.gmsh.open(str(paths[0]))
         self.type = self.gmsh.model.mesh.getElementTypes(3)[0]
