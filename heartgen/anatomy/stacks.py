@@ -25,12 +25,6 @@ APICAL_WALL = 0.5
 """Thickness of the wall at the apex, at least, over the median thickness in the slices."""
 
 
-CUT_OFF = 0.85
-"""Width of the left pool in the lowest slice over that in the widest from which the apex is not in
-the image: 0.91 and 0.93 in the one of 60 hearts where it is not, an aneurysm; 0.7 at most in the
-others, most of which have 0.85 at most if the lowest slice that shows a pool is left out."""
-
-
 def shape_of_stack(sections: ShortAxisContours, truncate: float | str) -> HeartShape:
     """Interpolate the parts of the heart between slices, and find its ends.
 
@@ -77,7 +71,7 @@ def shape_of_stack(sections: ShortAxisContours, truncate: float | str) -> HeartS
         voxel=voxel,
         surfaces=surfaces,
         myocardium=LevelSet(np.maximum(wall, heights(filled, base.plane)), affine),
-        findings=(*sections.findings, *_cut_off(sections), _interpolated(stack, voxel)),
+        findings=(*sections.findings, _interpolated(stack, voxel)),
         slices=_slices(sections, surfaces),
     )
 
@@ -192,23 +186,6 @@ def _in_world(
 def _showing(shapes: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which slices (n,) show a part (n, nx, ny)."""
     return np.asarray(shapes.any(axis=(1, 2)))
-
-
-def _cut_off(sections: ShortAxisContours) -> tuple[Finding, ...]:
-    """Say that the image ends above the apex, if it does."""
-    area = sections.left.sum(axis=(1, 2)) * float(np.prod(sections.stack.spacing))
-    share = float(np.sqrt(area[0] / area.max()))  # none in a slice that shows the apex closed
-    if share < CUT_OFF:
-        return ()
-    return (
-        Finding(
-            "apex",
-            f"the lowest slice shows the left ventricle's pool {2 * np.sqrt(area[0] / np.pi):.0f} "
-            f"mm wide, {share:.0%} of where it is widest: the apex is not in the image, and the "
-            "mesh below that slice is made up; add the slices below it",
-            serious=True,
-        ),
-    )
 
 
 def _interpolated(stack: Stack, voxel: float) -> Finding:

@@ -12,7 +12,7 @@ from heartgen import samples
 from heartgen.anatomy import Anatomy, analyze
 from heartgen.anatomy.interpolation import end_depth, part_of
 from heartgen.errors import AnatomyError
-from heartgen.images.mask import Finding, Mask
+from heartgen.images.mask import Mask
 
 STACK = (1.5, 1.5, 8.0)
 
@@ -89,18 +89,6 @@ def test_missing_basal_slices(sample: samples.Sample, anatomy: Anatomy) -> None:
     # The uppermost slice shows only a part of the wall and is left out anyway.
     found = analyze(without(sample.mask, [-1, -2, -3]))
     assert found.length == pytest.approx(anatomy.length - 16, abs=0.5)
-
-
-def test_an_image_that_ends_above_the_apex_is_told(sample: samples.Sample) -> None:
-    def cut_off(missing: int) -> list[Finding]:
-        found = analyze(without(sample.mask, list(range(missing)))).findings
-        return [finding for finding in found if finding.check == "apex"]
-
-    assert not cut_off(0)
-    assert not cut_off(2)  # also without the cap, where the pool is narrow
-    (told,) = cut_off(5)
-    assert told.serious
-    assert "the apex is not in the image" in told.message
 
 
 @pytest.mark.slow
