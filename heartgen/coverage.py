@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from heartgen.anatomy import Anatomy
+from heartgen.images.contours import slits
 from heartgen.images.distance import inner_distance
 from heartgen.images.isosurface import isosurface
 from heartgen.images.mask import LEFT_BLOOD, RIGHT_BLOOD, Finding, Mask
@@ -86,8 +87,8 @@ class Coverage:
         Share of the mask's voxels below the base that lie in the mesh or within two pixels of it,
         papillary muscles aside.
     contour : float
-        Share of the mask's outline (of a stack, of the contours in its slices) within two pixels of
-        the mesh's surface.
+        Share of the mask's outline (of a stack, of the contours in its slices, slits as narrow as
+        two pixels aside) within two pixels of the mesh's surface.
     slice_contour : float
         The same of the contours of wall and pools in the slice of a stack that has least; that of
         the outline if there are none.
@@ -182,7 +183,11 @@ def assess_coverage(mesh: HexMesh, mask: Mask, anatomy: Anatomy) -> Coverage:
     depths = [_depth(mask, pool) for pool in pools]
     blood = [_below(mask, anatomy, depth > NEAR * pixel) for depth in depths]
     inside = [np.mean(muscle.query(_few(points))[0] < pixel) for points in blood if len(points)]
-    outline = isosurface(anatomy.myocardium) if anatomy.slices is None else anatomy.slices.outline
+    outline = (
+        isosurface(anatomy.myocardium)
+        if anatomy.slices is None
+        else anatomy.slices.outline.part(~slits(anatomy.slices.outline, NEAR * pixel))
+    )
     points, weights = _few(outline.points), _few(outline.weights)
     far = closest_points(mesh, mesh.topology.external, points).distance
     weights = weights * (_into_pools(anatomy, points) < NEAR * pixel)

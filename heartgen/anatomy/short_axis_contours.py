@@ -21,6 +21,7 @@ from heartgen.anatomy.slice_tracking import (
     grown,
     holes_of,
     least_second,
+    without_slits,
 )
 from heartgen.errors import AnatomyError
 from heartgen.images.mask import Finding
@@ -310,9 +311,10 @@ def _oriented(
         )
     stack = stack.part(keep)
     blood = pools[:, keep]
+    pool: Pixels = np.any(blood, axis=0)
     heart = [
-        ndi.binary_fill_holes(w | p.any(0))
-        for w, p in zip(walls[keep], blood.swapaxes(0, 1), strict=True)
+        ndi.binary_fill_holes(without_slits(w | p, p))
+        for w, p in zip(walls[keep], pool, strict=True)
     ]
     right = blood[1] if len(blood) > 1 else None
     none = np.zeros((len(heart), 2))

@@ -44,6 +44,9 @@ SHRUNK = 0.3
 SQUARE = np.ones((2, 2), dtype=bool)
 """Narrower channels through a wall are no pool."""
 
+SLIT = 1
+"""Pixels: radius of the disc that closes slits through a wall, which are up to two pixels wide."""
+
 CLEARANCE = 1.5
 """Pixels of wall that are kept outside of a pool whose parts are joined."""
 
@@ -136,6 +139,22 @@ def closing(shape: Pixels, radius: int) -> Pixels:
     ball: Pixels = disk(radius).astype(bool)  # type: ignore[no-untyped-call]
     inside = (slice(radius, -radius),) * 2
     return np.asarray(shape | ndi.binary_closing(np.pad(shape, radius), ball)[inside])
+
+
+def without_slits(heart: Pixels, pools: Pixels) -> Pixels:
+    """Filled heart (nx, ny) whose wall has no slits that lead to a pool.
+
+    Concave corners of the wall stay as they are.
+
+    Parameters
+    ----------
+    heart, pools : (nx, ny) bool
+        Wall and pools together, and pools, in a slice.
+    """
+    around = np.ones((3, 3), dtype=bool)
+    pieces, _ = ndi.label(closing(heart, SLIT) & ~heart, around)
+    through = np.unique(pieces[ndi.binary_dilation(pools, around)])
+    return np.asarray(heart | np.isin(pieces, through[through > 0]))
 
 
 def grown(shape: Pixels, radius: int) -> Pixels:

@@ -10,10 +10,17 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from skimage import measure
 
+from heartgen.images.isosurface import Isosurface
 from heartgen.images.levelset import INSIDE, smooth_indicator
 
 FINE = 0.1
 """Step between the points of a contour from which distances are taken, pixels."""
+
+FACING = -0.7
+"""Cosine between the normals of a contour's two sides that face each other: 135 degrees."""
+
+NEIGHBORS = 24
+"""Points of a contour looked at for one that faces another: all within two pixels, of two lines."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,3 +106,32 @@ def planar_distance(
     inside = ndi.map_coordinates(smooth, np.moveaxis(at, -1, 0), order=1, mode="nearest") > INSIDE
     far, _ = tree.query((at * spacing).reshape(-1, 2))
     return np.asarray(np.where(inside, -1, 1) * np.reshape(far, shape.shape))
+
+
+def slits(outline: Isosurface, width: float) -> NDArray[np.bool_]:
+    """Which points of contours are sides of a slit in a wall.
+
+    A row of pixels that is missing across a thick wall has sides as long as the wall is thick, and
+    no mesh follows them.
+
+    Parameters
+    ----------
+    outline : Isosurface
+        Contours in slices, mm, with n points.
+    width : float
+        Of a slit, at most, mm.
+
+    Returns
+    -------
+    (n,) bool
+    """
+    away, other = cKDTree(outline.points).query(
+        outline.points, NEIGHBORS, distance_upper_bound=width
+    )
+    there = np.isfinite(away)
+    other = np.where(there, other, 0)
+    ahead = np.sum(
+        (outline.points[other] - outline.points[:, None]) * outline.normals[:, None], axis=-1
+    )
+    facing = np.sum(outline.normals[other] * outline.normals[:, None], axis=-1) < FACING
+    return np.asarray((there & facing & (ahead > away / 2)).any(axis=1))

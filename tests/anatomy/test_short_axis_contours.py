@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.ndimage as ndi
 from numpy.typing import NDArray
 
 from heartgen.anatomy.short_axis_contours import ShortAxisContours, find_sections
+from heartgen.anatomy.slice_tracking import without_slits
 from heartgen.errors import AnatomyError
 from heartgen.images.stack import Stack
 
@@ -242,3 +244,20 @@ def test_the_apex_is_where_the_heart_narrows() -> None:
     found = sections(heart[::-1])
     assert found.heart[0].sum() < found.heart[-1].sum()
     assert found.findings == ()
+
+
+@pytest.mark.parametrize("width", [1, 2])
+def test_slits_through_the_wall_are_closed_and_the_rest_stays(width: int) -> None:
+    whole = slices(both=False, thick=14.0)
+    slit = whole.copy()
+    slit[3::2, int(LEFT[0]) : int(LEFT[0]) + width, : int(LEFT[1])] = False
+    assert slit.sum() < whole.sum()
+    closed, meant = sections(slit).heart, sections(whole).heart
+    assert not (closed & ~meant).any()
+    assert (meant & ~closed).sum(axis=(1, 2)).max() <= width  # its mouth stays open
+
+
+def test_corners_between_two_ventricles_are_no_slits() -> None:
+    for pixels in slices():
+        filled = ndi.binary_fill_holes(pixels)
+        np.testing.assert_array_equal(without_slits(filled, filled & ~pixels), filled)
