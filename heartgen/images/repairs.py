@@ -9,7 +9,7 @@ import numpy as np
 import scipy.ndimage as ndi
 from numpy.typing import NDArray
 
-from heartgen.images.mask import Finding, Mask, planes_along
+from heartgen.images.mask import LEFT_BLOOD, RIGHT_BLOOD, Finding, Mask, planes_along
 
 MARGIN = 2
 """Background voxels put around a heart that touches the border: one closes its surface, the next
@@ -80,7 +80,8 @@ def keep_largest(mask: Mask) -> tuple[Mask, Finding | None]:
 
     Voxels that share a corner belong together. In a stack of slices the wall may slope by more
     than its own thickness from one slice to the next: there the filled outlines of consecutive
-    slices are compared instead, whatever empty planes lie between them.
+    slices are compared instead, whatever empty planes lie between them; a labeled pool fills its
+    outline, also where the wall around it has a gap.
 
     Parameters
     ----------
@@ -95,18 +96,21 @@ def keep_largest(mask: Mask) -> tuple[Mask, Finding | None]:
         What was dropped.
     """
     box = ndi.find_objects(mask.voxels.astype(np.uint8))[0]
-    pieces = _pieces(mask.voxels[box], mask.stack_axis)
+    inside = mask.voxels[box]
+    if mask.stack_axis is not None and mask.blood is not None:
+        inside = inside | np.isin(mask.blood[box], (LEFT_BLOOD, RIGHT_BLOOD))
+    pieces = _pieces(inside, mask.stack_axis) * mask.voxels[box]
     sizes = np.bincount(pieces.ravel())[1:]
-    if len(sizes) == 1:
+    ordered = np.sort(sizes[sizes > 0])[::-1]
+    if len(ordered) == 1:
         return mask, None
     voxels = np.zeros_like(mask.voxels)
     voxels[box] = pieces == sizes.argmax() + 1
-    ordered = np.sort(sizes)[::-1]
-    dropped = ", ".join(map(str, ordered[1 : LISTED + 1])) + ", ..." * (len(sizes) > LISTED + 1)
+    dropped = ", ".join(map(str, ordered[1 : LISTED + 1])) + ", ..." * (len(ordered) > LISTED + 1)
     finding = Finding(
         "components",
-        f"The mask is in {len(sizes)} separate pieces: the largest ({ordered[0]} voxels) was kept, "
-        f"the others ({dropped} voxels) were dropped.",
+        f"The mask is in {len(ordered)} separate pieces: the largest ({ordered[0]} voxels) was "
+        f"kept, the others ({dropped} voxels) were dropped.",
     )
     return replace(mask, voxels=voxels), finding
 

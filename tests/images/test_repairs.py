@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from heartgen import mask_from_array
+from heartgen.images.mask import LEFT_BLOOD
+from heartgen.images.repairs import keep_largest
 
 
 def cone(shape: tuple[int, int, int], step: int = 1) -> np.ndarray:
@@ -75,6 +79,22 @@ def test_slices_of_a_stack_need_not_touch(axis):
     assert mask.stack_axis == axis
     assert mask.voxels.sum() == rings.sum() - 1
     assert [f.check for f in mask.findings] == ["components"]
+
+
+def test_slices_of_a_label_map_belong_together_whatever_gap_their_walls_have():
+    mask = mask_from_array(cone((48, 48, 9)), np.diag([1.5, 1.5, 10.0, 1.0]))
+    i, j = np.mgrid[:48, :48] - 24.0
+    blood = np.zeros(mask.voxels.shape, dtype=np.uint8)
+    for k in np.flatnonzero(mask.planes):
+        wall = mask.voxels[:, :, k]
+        blood[:, :, k][(np.hypot(i, j) < np.hypot(i, j)[wall].min()) & ~wall] = LEFT_BLOOD
+    voxels = mask.voxels.copy()
+    voxels[24, 24:, 4] = False
+    slit = replace(mask, voxels=voxels)
+    assert keep_largest(slit)[1] is not None
+    kept, finding = keep_largest(replace(slit, blood=blood))
+    assert finding is None
+    np.testing.assert_array_equal(kept.voxels, voxels)
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
