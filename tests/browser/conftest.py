@@ -17,7 +17,11 @@ pytest.importorskip("playwright.sync_api")
 pytest.importorskip("voila")
 pytest.importorskip("trame_vtk")
 
+from playwright.sync_api import expect
+
 from benchmarks import chromium
+
+expect.set_options(timeout=30_000)  # milliseconds: two cores do more than one page
 
 PREFIX = "/user/x/"
 SIZE = {"width": 1440, "height": 900}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import expect
 
 from tests.browser.axe import violations, violations_by_theme
 from tests.browser.seeing import is_colored, is_mesh, wait_for_view
@@ -28,8 +29,8 @@ def test_index_leads_to_an_app_that_shows_a_heart(browser, apps, name):
     page.goto(f"{apps}index.ipynb", wait_until="commit")
     assert "Starting" in page.locator("#loading").inner_text()
     page.wait_for_selector(".hg-index nav a")
-    assert page.locator("#loading").count() == 0
-    assert page.locator(".hg-index img").count() == 3 + LESSONS
+    expect(page.locator("#loading")).to_have_count(0)
+    expect(page.locator(".hg-index img")).to_have_count(3 + LESSONS)
     page.locator(f'.hg-index a[href="{name}.ipynb"]').click()
     page.wait_for_selector(SEEN[name], state="attached")
     if name == "dashboard":  # nothing has been fitted yet: it shows the mask

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
+from playwright.sync_api import expect
 from scipy.ndimage import binary_fill_holes
 
 import heartgen
@@ -258,7 +259,7 @@ def test_a_visitor_whose_kernel_is_killed_is_told_and_harms_nobody_else(ran, bro
     (kernel,) = kernels(process) - before
     kernel.kill()
     page.wait_for_selector(".hg-gone:visible")
-    assert "has ended" in page.locator(".hg-gone:visible").inner_text()
+    expect(page.locator(".hg-gone:visible")).to_contain_text("has ended")
     page.close()
     shown = view(ran)
     choose(ran, "Color by", "Quality Q")
@@ -275,9 +276,9 @@ def test_a_wrong_file_gets_a_sentence_and_the_page_goes_on(ran, tmp_path):
     sentence = ran.locator(".hg-complaint").inner_text()
     assert "notes.nii.gz" in sentence
     assert "Traceback" not in sentence
-    assert not ran.get_by_role("button", name="Run", exact=True).is_enabled()
-    assert ran.locator(".hg-step-choices .hg-blocked:has-text('refused')").count() == 1
-    assert "lifelike in three slices" in ran.locator(".hg-title").first.inner_text()
+    expect(ran.get_by_role("button", name="Run", exact=True)).to_be_disabled()
+    expect(ran.locator(".hg-step-choices .hg-blocked:has-text('refused')")).to_have_count(1)
+    expect(ran.locator(".hg-title").first).to_contain_text("lifelike in three slices")
     ran.get_by_role("button", name="Go on with lifelike").click()
     ran.wait_for_selector(".hg-complaint", state="detached")
     ran.get_by_role("button", name="Run", exact=True).click(trial=True)  # once it is enabled
@@ -297,7 +298,7 @@ def test_a_label_map_is_read_as_one_after_one_click(ran, tmp_path):
     assert "--" not in sentence
     ran.get_by_role("button", name="Read it as a label map").click()
     ran.wait_for_selector(".hg-side .hg-step-input .hg-done:has-text('labels.nii.gz')")
-    assert "labels.nii.gz in three slices" in ran.locator(".hg-title").first.inner_text()
+    expect(ran.locator(".hg-title").first).to_contain_text("labels.nii.gz in three slices")
     choose(ran, "File is", "A mask, or structures with names")
     ran.wait_for_selector(".hg-complaint")
     ran.get_by_role("button", name="Go on with labels.nii.gz").click()
@@ -310,15 +311,15 @@ def test_cancel_takes_effect_at_once(ran, coarse):
     ran.wait_for_selector(".hg-bars .hg-now")
     ran.get_by_role("button", name="Cancel").click()
     ran.wait_for_selector(".hg-run-label .hg-cancelled", timeout=5_000)
-    assert ran.get_by_role("button", name="Run", exact=True).is_enabled()
+    expect(ran.get_by_role("button", name="Run", exact=True)).to_be_enabled(timeout=5_000)
 
 
 def test_levels_are_compared_and_a_point_loads_its_mesh(ran, coarse):
     ran.get_by_role("button", name="All levels", exact=True).click()
     ran.wait_for_selector(".hg-step-assess .hg-done", state="attached", timeout=180_000)
     ran.get_by_role("tab", name="5 Assess").click()
-    assert ran.locator(".hg-point").count() == 5
-    assert ran.locator(".hg-threshold").count() == 1
+    expect(ran.locator(".hg-point")).to_have_count(5)
+    expect(ran.locator(".hg-threshold")).to_have_count(1)
     ran.locator(".hg-point").nth(3).click()
     ran.wait_for_selector(".hg-verdict:has-text('LoD 4')")
     ran.locator(".hg-point").nth(1).focus()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from playwright.sync_api import expect
 
 from tests.browser.test_dashboard import choose, kernels
 
@@ -37,7 +38,7 @@ def shown(page, number):
 def runs(page, number):
     """Wait until so many runs are listed, each with what came of it, and no more."""
     page.wait_for_selector(f".hg-run-label .hg-done >> nth={number - 1}")
-    assert page.locator(".hg-run").count() == number
+    expect(page.locator(".hg-run")).to_have_count(number)
 
 
 def test_a_link_leads_to_a_mesh(linked):
@@ -93,7 +94,7 @@ def test_a_window_beside_begins_its_own_and_after_closing_the_session_is_there(
     beside = visitor.new_page()
     beside.goto(address)
     beside.wait_for_selector(DONE)
-    assert beside.locator(".hg-run").count() == 0
+    expect(beside.locator(".hg-run")).to_have_count(0)
     beside.close()
     linked.close()
     again = visitor.new_page()

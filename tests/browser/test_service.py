@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import expect
 
 pytest.importorskip("fastapi")
 
@@ -53,7 +54,7 @@ def test_mask_becomes_a_model_of_the_library(browser, running: Running, tmp_path
     page.click("nav >> text=Library")
     found += violations_by_theme(page)
     page.click("aside >> text=healthy")
-    assert page.locator("a.model").count() == 1
+    expect(page.locator("a.model")).to_have_count(1)
     page.click("a.model")
     with page.expect_download() as download:
         page.click(".formats >> text=/^exf$/")
