@@ -37,7 +37,8 @@ CONTOURS = {
         *("WIDE", "NARROW", "RIGHT_WIDE"),
     ),
     "heartgen.anatomy.slice_alignment": ("CLEAR", "AGREEMENT", "STEP", "ALONE", "TOGETHER"),
-    "heartgen.anatomy.ends": ("SPECK", "TAPERED", "SWOLLEN", "SOLID", "COVERED", "NOTCH"),
+    "heartgen.images.stack": ("TAPERED",),
+    "heartgen.anatomy.ends": ("SPECK", "NARROWS", "FILLED", "CAP", "SOLID", "COVERED", "NOTCH"),
 }
 SHAPES = {
     "heartgen.anatomy.interpolation": ("OVERLAP",),

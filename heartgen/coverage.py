@@ -108,7 +108,7 @@ class Coverage:
     missed : float
         Volume of the wall below the base that is not covered, ml.
     above : float
-        Share of the mask's voxels above the base.
+        Share of the mask's voxels above the base, slices of a stack without a left pool aside.
     """
 
     wall: float
@@ -177,22 +177,21 @@ def assess_coverage(mesh: HexMesh, mask: Mask, anatomy: Anatomy) -> Coverage:
     samples = _samples(mesh, pixel)
     muscle = cKDTree(samples)
     wall = _below(mask, anatomy, mask.voxels)
-    below, wall = len(wall), wall[_into_pools(anatomy, wall) < 0]
-    near = np.asarray(muscle.query(_few(wall))[0] < NEAR * pixel)
+    wall = wall[_into_pools(anatomy, wall) < 0]
+    covered = float(np.mean(muscle.query(_few(wall))[0] < NEAR * pixel))
     pools = _pools(mask)
     depths = [_depth(mask, pool) for pool in pools]
-    blood = [_below(mask, anatomy, depth > NEAR * pixel) for depth in depths]
-    inside = [np.mean(muscle.query(_few(points))[0] < pixel) for points in blood if len(points)]
+    deep = [_below(mask, anatomy, depth > NEAR * pixel) for depth in depths]
+    inside = [np.mean(muscle.query(_few(points))[0] < pixel) for points in deep if len(points)]
     outline = (
         isosurface(anatomy.myocardium)
         if anatomy.slices is None
         else anatomy.slices.outline.part(~slits(anatomy.slices.outline, NEAR * pixel))
     )
     points, weights = _few(outline.points), _few(outline.weights)
-    far = closest_points(mesh, mesh.topology.external, points).distance
-    weights = weights * (_into_pools(anatomy, points) < NEAR * pixel)
-    contour = float(np.average(far < NEAR * pixel, weights=weights))
-    covered = float(near.mean())
+    near = closest_points(mesh, mesh.topology.external, points).distance < NEAR * pixel
+    outside = _into_pools(anatomy, points) < NEAR * pixel
+    contour = float(np.average(near, weights=weights * outside))
     stray = _stray(mask, anatomy, np.any(pools, axis=0), samples)
     return Coverage(
         wall=covered,
@@ -203,7 +202,7 @@ def assess_coverage(mesh: HexMesh, mask: Mask, anatomy: Anatomy) -> Coverage:
         blood=float(max(inside, default=0.0)),
         filled=max((_filled(mask, anatomy, depth, muscle) for depth in depths), default=0),
         missed=(1 - covered) * len(wall) * float(np.prod(mask.spacing)) / ML,
-        above=1 - below / int(mask.voxels.sum()),
+        above=_above(mask, anatomy, pools) / int(mask.voxels.sum()),
     )
 
 
@@ -218,10 +217,22 @@ def _samples(mesh: HexMesh, pixel: float) -> Array:
 
 def _below(mask: Mask, anatomy: Anatomy, voxels: NDArray[np.bool_]) -> Array:
     """Centers (n, 3) of voxels below the base, mm, world (LPS), where slices were moved to."""
-    points = mask.to_world(np.argwhere(voxels).astype(float))
-    if anatomy.slices is not None:
-        points = points - anatomy.slices.shift_at(points)
+    points = _moved(mask, anatomy, np.argwhere(voxels))
     return points[anatomy.base.surface.height(points) < 0]
+
+
+def _moved(mask: Mask, anatomy: Anatomy, index: NDArray[np.intp]) -> Array:
+    """Centers (n, 3) of voxels of an index (n, 3), mm, world (LPS), where slices were moved to."""
+    points = mask.to_world(index.astype(float))
+    return points if anatomy.slices is None else points - anatomy.slices.shift_at(points)
+
+
+def _above(mask: Mask, anatomy: Anatomy, pools: list[NDArray[np.bool_]]) -> int:
+    """Voxels of the wall above the base, without slices of a stack that have no left pool."""
+    wall = mask.voxels
+    if anatomy.slices is not None and pools[0].any():
+        wall = wall & pools[0].any(tuple({0, 1, 2} - {mask.stack_axis}), keepdims=True)
+    return int(wall.sum()) - len(_below(mask, anatomy, wall))
 
 
 def _into_pools(anatomy: Anatomy, points: Array) -> Array:
@@ -269,9 +280,8 @@ def _by_slice(mesh: HexMesh, anatomy: Anatomy, pixel: float) -> list[float]:
 def _stray(mask: Mask, anatomy: Anatomy, pool: NDArray[np.bool_], samples: Array) -> list[float]:
     """Share of the mesh's cross-section in each slice that is far from the wall of the slice.
 
-    Gaps in a wall that the shape analysis closed are wall.
-    Where a pool tapers off in its last slice, that it is narrower is no matter of the wall: see
-    `_filled`.
+    Gaps in a wall that the shape analysis closed are wall. Where a pool tapers off in its last
+    slice, that it is narrower is no matter of the wall: see `_filled`.
     """
     axis = mask.stack_axis
     if axis is None or anatomy.slices is None:
@@ -282,13 +292,12 @@ def _stray(mask: Mask, anatomy: Anatomy, pool: NDArray[np.bool_], samples: Array
     pixels = pixels[((pixels >= 0) & (pixels < mask.voxels.shape)).all(axis=1)]
     section = np.zeros(mask.voxels.shape, dtype=bool)
     section[tuple(pixels.T)] = True
-    others = tuple(a for a in range(3) if a != axis)
+    others = tuple({0, 1, 2} - {axis})
     wall = mask.voxels | (_shape(mask, anatomy, section) & mask.voxels.any(others, keepdims=True))
     sections, walls, bloods = (np.moveaxis(a, axis, 0) for a in (section, wall, pool))
     if mask.affine[:3, axis] @ anatomy.slices.normal < 0:
         sections, walls, bloods = sections[::-1], walls[::-1], bloods[::-1]
-    shares = []
-    below = np.zeros_like(bloods[0])
+    shares, below = [], np.zeros_like(bloods[0])
     for mesh, wall, blood in zip(sections, walls, bloods, strict=True):
         if wall.any() and mesh.any():
             away = ndi.distance_transform_edt(~(wall | _begun(blood, below))) > STRAY
@@ -300,18 +309,11 @@ def _stray(mask: Mask, anatomy: Anatomy, pool: NDArray[np.bool_], samples: Array
 def _shape(mask: Mask, anatomy: Anatomy, near: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Voxels of the wall as the shape analysis has it, in the box around some voxels."""
     wall = np.zeros_like(near)
-    if anatomy.slices is None or not near.any():
-        return wall
-    box = ndi.find_objects(near.astype(int))[0]
-    grid = np.argwhere(np.ones_like(near[box])) + [side.start for side in box]
-    points = mask.to_world(grid.astype(float))
-    points = points - anatomy.slices.shift_at(points)
-    levels = [
-        -level.sample(points)[0] if name.endswith("endo") else level.sample(points)[0]
-        for name, level in anatomy.surfaces.items()
-        if name == "epi" or name.endswith("endo")
-    ]
-    wall[tuple(grid.T)] = np.max(levels, axis=0) < 0
+    for box in ndi.find_objects(near.astype(int)):
+        grid = np.argwhere(np.ones_like(near[box])) + [side.start for side in box]
+        points = _moved(mask, anatomy, grid)
+        within = anatomy.surfaces["epi"].sample(points)[0] < 0
+        wall[tuple(grid.T)] = within & (_into_pools(anatomy, points) < 0)
     return wall
 
 
@@ -331,10 +333,9 @@ def _filled(mask: Mask, anatomy: Anatomy, depth: NDArray[np.float32], muscle: cK
     for n, plane in enumerate(np.moveaxis(depth, mask.stack_axis, 0)):
         middle = np.zeros(depth.shape, dtype=bool)
         deepest = float(plane.max())
-        np.moveaxis(middle, mask.stack_axis, 0)[n] = plane == deepest
-        points = np.zeros((0, 3))
         if deepest >= DISTINCT * mask.pixel:
-            points = _below(mask, anatomy, middle)
+            np.moveaxis(middle, mask.stack_axis, 0)[n] = plane == deepest
+        points = _below(mask, anatomy, middle)
         inside = len(points) > 0 and np.mean(muscle.query(points)[0] < mask.pixel) > 0.5
         run = run + 1 if inside else 0
         most = max(most, run)

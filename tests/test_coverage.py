@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.ndimage as ndi
 
 import heartgen
 from benchmarks.sparse import short_axis
@@ -51,6 +52,17 @@ def test_a_mesh_of_the_lower_half_is_told(fitted: Personalization) -> None:
     coverage = assess_coverage(fitted.mesh, mask, low)
     assert coverage.above > MOST_ABOVE
     assert coverage.finding is not None
+
+
+def test_slices_above_the_base_count_if_they_show_a_pool() -> None:
+    stack = short_axis(samples.lifelike_lv(COARSE).mask, 8.0)
+    result = heartgen.personalize(stack, lod=1, optimize=False)
+    low = analyze(stack, truncate=result.anatomy.length / 2.2)
+    assert assess_coverage(result.mesh, stack, low).above > MOST_ABOVE
+    above = low.base.surface.height(_centers(stack)).reshape(stack.voxels.shape) > 0
+    filled = [ndi.binary_fill_holes(plane) for plane in np.moveaxis(stack.voxels, 2, 0)]
+    solid = np.where(above, np.moveaxis(filled, 0, 2), stack.voxels)
+    assert assess_coverage(result.mesh, replace(stack, voxels=solid), low).above < 0.01
 
 
 @pytest.mark.parametrize("code", [LEFT_BLOOD, RIGHT_BLOOD])

@@ -8,16 +8,13 @@ from numpy.typing import NDArray
 from skimage.morphology import convex_hull_image
 
 from heartgen.anatomy.slice_tracking import closing
+from heartgen.images.stack import narrow_end
 
 Pixels = NDArray[np.bool_]
 
 SPECK = 0.02
 """Area over that of the largest pool up to which what is found in a slice at an end is a hole in
 its wall rather than a pool."""
-
-TAPERED = 1.5
-"""Area of the right pool in the two slices at its one end (one, if it is seen in three or two) over
-that at its other end from which it tells where the apex is."""
 
 NARROWS = 0.045
 """How far the middle of a heart's area lies off that of its slices, over half their extent, from
@@ -65,12 +62,8 @@ def points_down(
         Whether the right ventricle or the shape of the heart tells; it is a guess if not.
     """
     right = pools[1].sum(axis=(1, 2)) if len(pools) > 1 else beside
-    if right is not None and np.count_nonzero(right) > 1:
-        seen = right[right > 0]
-        ends = min(2, len(seen) // 2)
-        low, high = float(seen[:ends].sum()), float(seen[-ends:].sum())
-        if max(low, high) > TAPERED * min(low, high):
-            return low > high, True
+    if right is not None and (end := narrow_end(right)) != 0:
+        return end > 0, True
     size, area = hearts.sum(axis=(1, 2)), pools[0].sum(axis=(1, 2))
     has = np.flatnonzero(area > SPECK * area.max())
     first, last = has[0], has[-1]

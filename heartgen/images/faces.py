@@ -32,14 +32,14 @@ def shared_faces(
     return np.asarray(count * area[:, None])
 
 
-def base_direction(
+def opening_of(
     pool: NDArray[np.bool_], wall: NDArray[np.bool_], spacing: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Direction in which a ventricle opens.
+    """Direction in which a ventricle opens, and how widely.
 
     The normals of a closed surface sum up to zero. So those of the part of the pool's surface that
     is not covered by the wall sum up to minus those of the part that is, and depend on the rim of
-    the opening alone: for a plane one they give its normal exactly.
+    the opening alone: for a plane one they give its normal and its area exactly.
 
     Parameters
     ----------
@@ -51,12 +51,10 @@ def base_direction(
     Returns
     -------
     (3,) float64
-        Unit vector along the index axes, from apex to base; zero if the pool opens nowhere.
+        Along the index axes, out of the pool; as long as the opening is wide, mm^2.
     """
     covered = shared_faces(pool, wall, spacing)
-    vector = covered[:, 0] - covered[:, 1]
-    length = float(np.linalg.norm(vector))
-    return np.asarray(vector / length if length > 0 else vector)
+    return np.asarray(covered[:, 0] - covered[:, 1])
 
 
 def box_around(voxels: NDArray[np.bool_], margin: NDArray[np.int64]) -> tuple[slice, ...]:

@@ -12,6 +12,10 @@ from heartgen.images.mask import BESIDE, Mask, planes_along
 
 Pixel = TypeVar("Pixel", np.bool_, np.uint8)
 
+TAPERED = 1.5
+"""Area of the right pool in the two slices at its one end (one, if it is seen in three or two) over
+that at its other end from which it tells where the apex is."""
+
 
 @dataclass(frozen=True, eq=False)
 class Stack:
@@ -160,6 +164,27 @@ def _slices(mask: Mask, axis: int) -> Stack:
         None if blood is None else with_border(blood[box], MARGIN),
         beside,
     )
+
+
+def narrow_end(area: NDArray[np.intp]) -> int:
+    """Tell at which end of a stack the apex is, by the right ventricle, which tapers towards it.
+
+    Parameters
+    ----------
+    area : (n,) int
+        Of the right pool in each slice, in any unit; 0 where there is none.
+
+    Returns
+    -------
+    int
+        -1 for the first slice, 1 for the last; 0 if the pool does not tell.
+    """
+    seen = area[area > 0]
+    ends = min(2, len(seen) // 2)
+    first, last = float(seen[:ends].sum()), float(seen[len(seen) - ends :].sum())
+    if max(first, last) <= TAPERED * min(first, last):
+        return 0
+    return 1 if last < first else -1
 
 
 def with_border(pixels: NDArray[Pixel], border: int) -> NDArray[Pixel]:

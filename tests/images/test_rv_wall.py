@@ -88,20 +88,51 @@ def test_in_slices_far_apart_each_outline_gets_its_wall(heart, pixel, flipped):
     assert f"left open at its lower end, over {area:.0f} mm²" in findings[1].message
 
 
-def test_the_lower_end_is_closed_if_the_wall_reaches_the_next_slice(heart):
+@pytest.mark.parametrize("flipped", [False, True])
+def test_the_lower_end_is_closed_if_the_stack_and_the_wall_reach_the_next_slice(heart, flipped):
     affine, at = heart.image(np.array([1.4, 1.4, 5.0]))
     labels = heart.labels(at)
-    wall, findings = build_rv_wall(parts_of(labels), affine, 3.0)
+    last = int((labels == 1).any(axis=(0, 1)).argmax()) + 1
+    labels[..., last - 1][labels[..., last - 1] == 1] = 0
+
+    def built(labels, thickness):
+        turned = labels[:, :, :: -1 if flipped else 1]
+        wall, findings = build_rv_wall(parts_of(turned), affine, thickness)
+        return wall[:, :, :: -1 if flipped else 1], findings
+
+    wall, findings = built(labels, 3.0)
     assert len(findings) == 1
-    last = int((labels == 1).any(axis=(0, 1)).argmax())
     open_end = (labels[..., last] == 1) & ~wall[..., last - 1] & (labels[..., last - 1] == 0)
     assert not open_end.any()
     assert wall[..., last - 1].any()
-    wall, findings = build_rv_wall(parts_of(labels), affine, 2.0)
+    wall, findings = built(labels, 2.0)
     assert "the wall does not reach the next slice" in findings[1].message
-    cut = labels[:, :, (labels == 1).any(axis=(0, 1)).argmax() :]
-    wall, findings = build_rv_wall(parts_of(cut), affine, 2.0)
+    wall, findings = built(labels[:, :, last:], 3.0)
     assert "the stack ends" in findings[1].message
+    labels[..., :last] = 0  # the image goes on, and shows nothing more
+    wall, findings = built(labels, 3.0)
+    assert "the stack ends" in findings[1].message
+    assert not wall[..., :last].any()
+
+
+@pytest.mark.parametrize("flipped", [False, True])
+@pytest.mark.parametrize("apex", ["closed", "cut off"])
+@pytest.mark.parametrize("step", [1, 2])
+def test_a_basal_slice_that_is_filled_is_no_apex(heart, flipped, apex, step):
+    affine, at = heart.image(np.array([1.4, 1.4, 5.0]))
+    labels = heart.labels(at)
+    if apex == "cut off":  # where the left pool is wide, and the right one half of what it is above
+        labels[at[..., 2] < -18] = 0
+        labels[(labels == 1) & (at[..., 2] < -10) & (at[..., 1] > 0)] = 0
+    labels[..., [k for k in range(labels.shape[2]) if k % step]] = 0
+    top = int(np.flatnonzero((labels == 3).any(axis=(0, 1)))[-1])
+    labels[..., top][labels[..., top] == 3] = 2
+    turned = labels[:, :, :: -1 if flipped else 1]
+    wall, findings = build_rv_wall(parts_of(turned), affine, 3.0)
+    wall = wall[:, :, :: -1 if flipped else 1]
+    assert not wall[..., top + 1 :].any()
+    lowest = (labels == 1)[..., (labels == 1).any(axis=(0, 1)).argmax()]
+    assert f"lower end, over {lowest.sum() * 1.4**2:.0f} mm²" in findings[1].message
 
 
 def test_a_pool_of_the_next_slice_puts_no_wall_beside_that_of_this_one(heart):
