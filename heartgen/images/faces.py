@@ -1,10 +1,11 @@
-"""Faces between voxel shapes: how much of a pool its wall covers, and where it is open."""
+"""Voxel shapes that face each other: what a wall encloses, covers of a pool, and leaves open."""
 
 from __future__ import annotations
 
 import numpy as np
 import scipy.ndimage as ndi
 from numpy.typing import NDArray
+from skimage import morphology
 
 
 def shared_faces(
@@ -71,3 +72,26 @@ def box_around(voxels: NDArray[np.bool_], margin: NDArray[np.int64]) -> tuple[sl
     return tuple(
         slice(max(side.start - m, 0), side.stop + m) for side, m in zip(box, margin, strict=True)
     )
+
+
+def cavity_of(wall: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Cavity of a wall: the largest part of what its convex hull adds to it.
+
+    Parameters
+    ----------
+    wall : (nx, ny, nz) bool
+        Myocardium of one ventricle.
+
+    Returns
+    -------
+    (nx, ny, nz) bool
+        Empty if the wall has none.
+    """
+    inside = np.zeros_like(wall)
+    box = box_around(wall, np.zeros(3, dtype=int))
+    hull: NDArray[np.bool_] = morphology.convex_hull_image(wall[box])  # type: ignore[no-untyped-call]
+    hollow, _ = ndi.label(hull & ~wall[box])
+    sizes = np.bincount(hollow.ravel())
+    sizes[0] = 0
+    inside[box] = hollow == sizes.argmax() if sizes.any() else False
+    return inside

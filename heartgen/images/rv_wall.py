@@ -7,10 +7,9 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import scipy.ndimage as ndi
 from numpy.typing import NDArray
-from skimage import morphology
 
 from heartgen.images.distance import inner_distance
-from heartgen.images.faces import box_around, opening_of
+from heartgen.images.faces import box_around, cavity_of, opening_of
 from heartgen.images.levelset import INSIDE, signed_distance, smooth_indicator
 from heartgen.images.mask import Finding, Mask, planes_along
 from heartgen.images.stack import narrow_end
@@ -159,7 +158,7 @@ def _place(parts: Parts, affine: NDArray[np.float64], thickness: float) -> _Plac
     """Look at the heart as a whole, then crop it; None if the pool has no inside."""
     spacing = np.linalg.norm(affine[:3, :3], axis=0)
     if not parts.lv_pool.any():
-        parts = replace(parts, lv_pool=_inside(parts.lv_myocardium) & ~parts.rv_pool)
+        parts = replace(parts, lv_pool=cavity_of(parts.lv_myocardium) & ~parts.rv_pool)
     heart = parts.lv_myocardium | parts.lv_pool | parts.rv_pool
     axis, step = Mask(heart, affine).stack_axis, 1
     if axis is not None:
@@ -340,15 +339,3 @@ def _heights(place: _Place) -> NDArray[np.float64]:
         (start + np.arange(n)) * step for start, n, step in zip(starts, shape, steps, strict=True)
     )
     return np.asarray(x[:, None, None] + y[:, None] + z)
-
-
-def _inside(wall: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Cavity of a wall: the largest part of what its convex hull adds to it."""
-    inside = np.zeros_like(wall)
-    box = box_around(wall, np.zeros(3, dtype=int))
-    hull: NDArray[np.bool_] = morphology.convex_hull_image(wall[box])  # type: ignore[no-untyped-call]
-    hollow, _ = ndi.label(hull & ~wall[box])
-    sizes = np.bincount(hollow.ravel())
-    sizes[0] = 0
-    inside[box] = hollow == sizes.argmax() if sizes.any() else False
-    return inside
