@@ -312,7 +312,8 @@ def _lower_end(place: _Place, wall: NDArray[np.bool_]) -> Finding | None:
     last = int(np.flatnonzero(pool.any(axis=(1, 2)))[::up][0])
     under = last - up * place.step
     slices = np.moveaxis(_heights(place), place.axis, 0)[:, 0, 0]
-    ends = bool(slices[last] < place.bottom + place.spacing[place.axis] / 2)
+    lowest = bool(slices[last] < place.bottom + place.spacing[place.axis] / 2)
+    ends = lowest or not 0 <= under < len(pool)
     bare = int((pool[last] if ends else pool[last] & ~solid[under]).sum())
     if bare == 0:
         return None

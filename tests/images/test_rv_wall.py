@@ -135,6 +135,18 @@ def test_a_basal_slice_that_is_filled_is_no_apex(heart, flipped, apex, step):
     assert f"lower end, over {lowest.sum() * 1.4**2:.0f} mm²" in findings[1].message
 
 
+@pytest.mark.parametrize("flipped", [False, True])
+def test_slices_at_uneven_distances_have_a_lower_end(heart, flipped):
+    affine, at = heart.image(np.array([1.4, 1.4, 5.0]))
+    labels = heart.labels(at)
+    labels = labels[:, :, (labels > 0).any(axis=(0, 1)).argmax() :]
+    labels[..., 0][labels[..., 0] == 1] = 0
+    labels[..., 2::2] = 0  # the first two are neighbors
+    wall, findings = build_rv_wall(parts_of(labels[:, :, :: -1 if flipped else 1]), affine, 3.0)
+    assert wall.any()
+    assert "lower end" in findings[1].message
+
+
 def test_a_pool_of_the_next_slice_puts_no_wall_beside_that_of_this_one(heart):
     affine, at = heart.image(np.array([1.4, 1.4, 5.0]))
     labels = heart.labels(at)
