@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import time
 
 import numpy as np
@@ -96,13 +97,17 @@ def test_a_page_that_is_left_while_its_session_comes_back_has_lost_nothing(ran, 
     page.session.close()
 
 
+def copied(ran, folder, monkeypatch):
+    """Key of the session in which a mesh was made, in a copy of all sessions."""
+    root, key, _ = ran
+    shutil.copytree(root, folder)
+    monkeypatch.setenv(stores.PLACE, str(folder))
+    return key
+
+
 @pytest.mark.slow
 def test_a_session_that_is_damaged_is_told_and_the_page_begins(ran, tmp_path, monkeypatch):
-    import shutil
-
-    root, key, _ = ran
-    shutil.copytree(root, tmp_path / "damaged")
-    monkeypatch.setenv(stores.PLACE, str(tmp_path / "damaged"))
+    key = copied(ran, tmp_path / "damaged", monkeypatch)
     (tmp_path / "damaged" / key / "session.json").write_text("{")
     page = opened("lifelike", mine=key)
     assert "damaged" in page.session.complaint
@@ -111,11 +116,7 @@ def test_a_session_that_is_damaged_is_told_and_the_page_begins(ran, tmp_path, mo
 
 @pytest.mark.slow
 def test_a_mesh_that_is_damaged_costs_no_more_than_itself(ran, tmp_path, monkeypatch):
-    import shutil
-
-    root, key, _ = ran
-    shutil.copytree(root, tmp_path / "damaged")
-    monkeypatch.setenv(stores.PLACE, str(tmp_path / "damaged"))
+    key = copied(ran, tmp_path / "damaged", monkeypatch)
     (tmp_path / "damaged" / key / "jobs" / "1" / "lod-1.pack").write_bytes(b"PK")
     page = opened("lifelike", mine=key)
     assert page.session.case.name
